@@ -1,0 +1,95 @@
+//! A shaped body that can be posed: linear blend skinning (paper Eq. lbs).
+
+use crate::rotation;
+use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
+
+/// Four influences a vertex; unused ones have weight 0; weights sum to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skin {
+    /// Joint indices.
+    pub joints: Vec<[u8; 4]>,
+    /// Weights.
+    pub weights: Vec<[f32; 4]>,
+}
+
+/// A body of one shape: what posing needs.
+#[derive(Clone, Debug)]
+pub struct Rig {
+    /// Rest vertices, T-pose, metres.
+    pub rest: Vec<Vec3A>,
+    /// Rest joint positions, metres.
+    pub rest_joints: Vec<Vec3A>,
+    /// Parent of each joint; parents come before children; joint 0 is the root.
+    pub parents: Vec<Option<usize>>,
+    /// Joint names.
+    pub joint_names: Vec<String>,
+    /// Skinning weights.
+    pub skin: Skin,
+    /// Pose blend shapes, if the model has them (see [`super::Body::pose_directions`]).
+    pub pose_directions: Option<Vec<Vec<Vec3A>>>,
+}
+
+/// Joint rotations relative to the parent, and the root's translation in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// One unit quaternion per joint; joint 0 is the root's orientation.
+    pub rotations: Vec<Quat>,
+    /// Added to every posed vertex.
+    pub translation: Vec3,
+}
+
+impl Pose {
+    /// The rest pose (T-pose at the origin).
+    pub fn rest(joint_count: usize) -> Self {
+        Self { rotations: vec![Quat::IDENTITY; joint_count], translation: Vec3::ZERO }
+    }
+
+    /// From SMPL's axis-angle numbers: three per joint, radians.
+    pub fn from_axis_angle(numbers: &[f32], translation: Vec3) -> Self {
+        let rotations = numbers
+            .chunks_exact(3)
+            .map(|n| rotation::quat_from_axis_angle(Vec3::new(n[0], n[1], n[2])))
+            .collect();
+        Self { rotations, translation }
+    }
+}
+
+/// Rigid transform of each joint from the rest pose to `pose`, translation included.
+pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
+    let mut world_from_joint: Vec<Affine3A> = Vec::with_capacity(rig.parents.len());
+    for (joint, parent) in rig.parents.iter().enumerate() {
+        let rotation = pose.rotations[joint];
+        let transform = match parent {
+            None => Affine3A::from_rotation_translation(
+                rotation,
+                Vec3::from(rig.rest_joints[joint]) + pose.translation,
+            ),
+            Some(parent) => {
+                let offset = rig.rest_joints[joint] - rig.rest_joints[*parent];
+                world_from_joint[*parent] * Affine3A::from_rotation_translation(rotation, offset.into())
+            }
+        };
+        world_from_joint.push(transform);
+    }
+    world_from_joint
+        .iter()
+        .zip(&rig.rest_joints)
+        .map(|(transform, &joint)| *transform * Affine3A::from_translation(-Vec3::from(joint)))
+        .collect()
+}
+
+impl Skin {
+    /// Blended transform of vertex `vertex`.
+    pub fn blend(&self, vertex: usize, posed_from_rest: &[Affine3A]) -> Affine3A {
+        let mut matrix = Mat3A::ZERO;
+        let mut translation = Vec3A::ZERO;
+        for (&joint, &weight) in self.joints[vertex].iter().zip(&self.weights[vertex]) {
+            if weight != 0.0 {
+                let transform = &posed_from_rest[joint as usize];
+                matrix += transform.matrix3 * weight;
+                translation += transform.translation * weight;
+            }
+        }
+        Affine3A { matrix3: matrix, translation }
+    }
+}

@@ -1,0 +1,7 @@
+//! The uniform-angle Laplacian (paper Eq. approxLB, divided to topology only) and its anchors.
+
+mod anchors;
+mod operator;
+
+pub use anchors::sample_elimination;
+pub use operator::{apply_topological, row_scales};

@@ -1,0 +1,21 @@
+//! The runtime of a crease avatar: everything that a trained avatar needs in order to move.
+//!
+//! A pose goes in; a detailed, wrinkled mesh comes out ([`animate`]). Units are metres and radians, y is up,
+//! Laplacian coordinates δ are in 1/m and point outward on a sphere (δ = −Δx, paper Eq. cotLap).
+//!
+//! Imports point one way:
+//! `rotation ◂ mesh ◂ body ◂ motion`, `encoding ◂ network`, `mesh ◂ laplacian ◂ solver`, then `avatar`, `animate`,
+//! `render`, `player`, `bindings`.
+
+pub mod animate;
+pub mod avatar;
+pub mod body;
+pub mod encoding;
+pub mod laplacian;
+pub mod mesh;
+pub mod motion;
+pub mod network;
+pub mod numpy;
+pub mod pose_feature;
+pub mod rotation;
+pub mod solver;

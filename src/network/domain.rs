@@ -1,0 +1,23 @@
+//! Query points and pose masks of a subdivision level's vertices: constant in time.
+
+use crate::body::Skin;
+use crate::mesh::Subdivision;
+use crate::pose_feature::PoseMask;
+use glam::Vec3A;
+
+/// Q(v) and the mask of θ̄(v) for each vertex of one level.
+#[derive(Clone, Debug)]
+pub struct Domain {
+    /// Q(v) on the canonical body, metres. New vertices lie at edge midpoints, whatever the subdivision scheme.
+    pub canonical: Vec<Vec3A>,
+    /// Mask of θ̄(v). A new vertex listens to what either end of its edge listens to.
+    pub masks: Vec<PoseMask>,
+}
+
+impl Domain {
+    /// Domains of levels 0 ..= `subdivision.level_count()` for the canonical template (zero shape).
+    pub fn levels(template: &[Vec3A], skin: &Skin, subdivision: &Subdivision) -> Vec<Self> {
+        let _ = (template, skin, subdivision);
+        todo!()
+    }
+}

@@ -1,8 +1,12 @@
 //! Triangle meshes: topology, normals, vertex areas, subdivision.
 
 mod area;
+mod loop_stencils;
 mod normals;
+pub(crate) mod sparse;
 mod subdivision;
+#[cfg(test)]
+pub(crate) mod test_meshes;
 mod topology;
 
 pub use area::mixed_voronoi_areas;

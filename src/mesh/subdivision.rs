@@ -1,9 +1,12 @@
 //! ×4 triangle subdivision by edge midpoints or Loop stencils, with one stable vertex numbering for both.
 //!
 //! Level 0 is the given mesh. Level l + 1 keeps the vertices of level l under their indices and appends one vertex for each edge, in
-//! ascending order of the edge's (smaller, larger) vertex pair.
+//! ascending order of the edge's (smaller, larger) vertex pair. Triangle t = [a, b, c] of level l becomes, at 4t .. 4t + 4 of level
+//! l + 1 and in the same orientation, its corners [a, ab, ca], [b, bc, ab], [c, ca, bc] and its middle [ab, bc, ca].
 
-use super::Triangle;
+use super::loop_stencils::loop_stencils;
+use super::sparse::SparseMatrix;
+use super::{Adjacency, Triangle};
 use glam::Vec3A;
 use std::ops::{Add, Mul};
 
@@ -20,37 +23,67 @@ pub enum Scheme {
 /// The topology of a mesh and of its subdivisions.
 #[derive(Clone, Debug)]
 pub struct Subdivision {
-    levels: Vec<()>,
+    /// The given mesh's size and triangles.
+    vertex_count: usize,
+    triangles: Vec<Triangle>,
+    /// One for each subdivision, coarsest first.
+    refinements: Vec<Refinement>,
+}
+
+/// The step from one level to the next.
+#[derive(Clone, Debug)]
+struct Refinement {
+    /// Edges of the coarse level.
+    edges: Vec<[u32; 2]>,
+    /// Triangles of the fine level.
+    triangles: Vec<Triangle>,
+    /// Loop's stencils, fine × coarse, and their transpose.
+    stencils: SparseMatrix,
+    stencils_transposed: SparseMatrix,
 }
 
 impl Subdivision {
-    /// Subdivides `level_count` times (0 is allowed).
+    /// Subdivides `level_count` times (0 is allowed). The indices of `triangles` must be below `vertex_count`.
     pub fn new(vertex_count: usize, triangles: &[Triangle], level_count: usize) -> Self {
-        let _ = (vertex_count, triangles, level_count);
-        todo!()
+        let mut subdivision = Self {
+            vertex_count,
+            triangles: triangles.to_vec(),
+            refinements: Vec::new(),
+        };
+        for level in 0..level_count {
+            let refinement = Refinement::new(
+                subdivision.vertex_count(level),
+                subdivision.triangles(level),
+            );
+            subdivision.refinements.push(refinement);
+        }
+        subdivision
     }
 
     /// How often the mesh is subdivided.
     pub fn level_count(&self) -> usize {
-        self.levels.len()
+        self.refinements.len()
     }
 
     /// Vertices of `level` (0 ..= level_count).
     pub fn vertex_count(&self, level: usize) -> usize {
-        let _ = level;
-        todo!()
+        match level {
+            0 => self.vertex_count,
+            _ => self.refinements[level - 1].stencils.row_count(),
+        }
     }
 
-    /// Triangles of `level`.
+    /// Triangles of `level` (0 ..= level_count).
     pub fn triangles(&self, level: usize) -> &[Triangle] {
-        let _ = level;
-        todo!()
+        match level {
+            0 => &self.triangles,
+            _ => &self.refinements[level - 1].triangles,
+        }
     }
 
-    /// The two vertices of `level` whose edge made vertex `vertex_count(level) + e` of `level + 1`, for each e.
+    /// The two vertices of `level` (below level_count) whose edge made vertex `vertex_count(level) + e` of `level + 1`, for each e.
     pub fn edges(&self, level: usize) -> &[[u32; 2]] {
-        let _ = level;
-        todo!()
+        &self.refinements[level].edges
     }
 
     /// Values on the vertices of `level` carried to `level + 1`; `fine` has `vertex_count(level + 1)` entries.
@@ -58,13 +91,245 @@ impl Subdivision {
     where
         T: Copy + Add<Output = T> + Mul<f32, Output = T>,
     {
-        let _ = (scheme, level, coarse, fine);
-        todo!()
+        let Refinement {
+            edges, stencils, ..
+        } = &self.refinements[level];
+        match scheme {
+            Scheme::Loop => stencils.apply(coarse, fine),
+            Scheme::Midpoint => {
+                let (old, new) = fine.split_at_mut(self.vertex_count(level));
+                old.copy_from_slice(coarse);
+                for (new, &[a, b]) in new.iter_mut().zip(edges) {
+                    *new = (coarse[a as usize] + coarse[b as usize]) * 0.5;
+                }
+            }
+        }
     }
 
     /// Transpose of the Loop refinement: `coarse = Pᵀ fine`, the restriction of the multigrid solver.
     pub fn restrict_loop(&self, level: usize, fine: &[Vec3A], coarse: &mut [Vec3A]) {
-        let _ = (level, fine, coarse);
-        todo!()
+        self.refinements[level]
+            .stencils_transposed
+            .apply(fine, coarse);
+    }
+
+    /// Loop's stencils from `level` to `level + 1`, and their transpose.
+    pub(crate) fn loop_stencils(&self, level: usize) -> [&SparseMatrix; 2] {
+        let refinement = &self.refinements[level];
+        [&refinement.stencils, &refinement.stencils_transposed]
+    }
+}
+
+impl Refinement {
+    fn new(vertex_count: usize, coarse_triangles: &[Triangle]) -> Self {
+        let adjacency = Adjacency::new(vertex_count, coarse_triangles);
+        let edges = adjacency.edges();
+        // The edges of vertex k towards larger neighbours are consecutive.
+        let mut first_edge = Vec::with_capacity(vertex_count);
+        let mut next = 0;
+        for k in 0..vertex_count {
+            first_edge.push(next);
+            next += adjacency.of(k).iter().filter(|&&j| j as usize > k).count() as u32;
+        }
+        let edge_of = |a: u32, b: u32| {
+            let (smaller, larger) = (a.min(b), a.max(b));
+            let row = adjacency.of(smaller as usize);
+            let is_before = |bound: u32| row.partition_point(|&j| j < bound) as u32;
+            first_edge[smaller as usize] + is_before(larger) - is_before(smaller)
+        };
+
+        let mut triangles = Vec::with_capacity(4 * coarse_triangles.len());
+        for &[a, b, c] in coarse_triangles {
+            // A triangle that names a vertex twice has no such edge; its pieces stay degenerate.
+            let middle = |a: u32, b: u32| {
+                if a == b {
+                    a
+                } else {
+                    vertex_count as u32 + edge_of(a, b)
+                }
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            triangles.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+        }
+        let stencils = loop_stencils(&adjacency, &edges, coarse_triangles, edge_of);
+        let stencils_transposed = stencils.transposed();
+        Self {
+            edges,
+            triangles,
+            stencils,
+            stencils_transposed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::test_meshes::{cube, grid, icosahedron, noise_vectors, subdivided, torus};
+    use crate::mesh::{Mesh, vertex_normals};
+    use glam::vec3a;
+
+    #[test]
+    fn counts_follow_euler() {
+        let mesh = torus(6, 5);
+        let subdivision = Subdivision::new(30, &mesh.triangles, 3);
+        for level in 0..=3 {
+            assert_eq!(subdivision.vertex_count(level), 30 << (2 * level));
+            assert_eq!(subdivision.triangles(level).len(), 60 << (2 * level));
+        }
+        let sphere = icosahedron();
+        let subdivision = Subdivision::new(12, &sphere.triangles, 2);
+        assert_eq!(
+            [0, 1, 2].map(|level| subdivision.vertex_count(level)),
+            [12, 42, 162]
+        );
+        assert_eq!(subdivision.edges(0).len(), 30);
+        assert_eq!(
+            Subdivision::new(12, &sphere.triangles, 0).vertex_count(0),
+            12
+        );
+    }
+
+    #[test]
+    fn edges_ascend_and_midpoints_lie_on_them() {
+        let sheet = grid(3, 2);
+        let subdivision = Subdivision::new(12, &sheet.triangles, 1);
+        let edges = subdivision.edges(0);
+        assert!(edges.is_sorted_by(|a, b| a < b) && edges.iter().all(|[a, b]| a < b));
+        let fine = subdivided(&sheet, Scheme::Midpoint);
+        assert_eq!(fine.positions[..12], sheet.positions);
+        for (&[a, b], &p) in edges.iter().zip(&fine.positions[12..]) {
+            assert_eq!(
+                p,
+                (sheet.positions[a as usize] + sheet.positions[b as usize]) * 0.5
+            );
+        }
+    }
+
+    #[test]
+    fn sub_triangles_keep_the_orientation_and_cover_the_triangle() {
+        let fine = subdivided(&grid(2, 2), Scheme::Midpoint);
+        for &[a, b, c] in &fine.triangles {
+            let [p, q, r] = [a, b, c].map(|i| fine.positions[i as usize]);
+            assert_eq!((q - p).cross(r - p), vec3a(0.0, 0.0, 0.25));
+        }
+    }
+
+    #[test]
+    fn loop_stencils_of_valences_three_five_and_six() {
+        // A tetrahedron's vertices (n = 3) have β = 3/16, an icosahedron's (n = 5) 0.0840932, a torus grid's (n = 6) 1/16.
+        let tetrahedron = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        let ring = torus(5, 5).triangles;
+        for (vertex_count, triangles, own, beta) in [
+            (4, &tetrahedron[..], 7.0 / 16.0, 3.0 / 16.0),
+            (12, &icosahedron().triangles, 0.579534, 0.084093),
+            (25, &ring, 5.0 / 8.0, 1.0 / 16.0),
+        ] {
+            let subdivision = Subdivision::new(vertex_count, triangles, 1);
+            let (mut impulse, mut fine) = (
+                vec![0.0f32; vertex_count],
+                vec![0.0; subdivision.vertex_count(1)],
+            );
+            impulse[0] = 1.0;
+            subdivision.refine(Scheme::Loop, 0, &impulse, &mut fine);
+            assert!((fine[0] - own).abs() < 1e-5, "{} against {own}", fine[0]);
+            let adjacency = Adjacency::new(vertex_count, triangles);
+            assert!(
+                adjacency
+                    .of(0)
+                    .iter()
+                    .all(|&j| (fine[j as usize] - beta).abs() < 1e-5)
+            );
+            for (edge, value) in subdivision.edges(0).iter().zip(&fine[vertex_count..]) {
+                let across = triangles
+                    .iter()
+                    .filter(|t| {
+                        t.contains(&0) && edge.iter().all(|e| t.contains(e)) && !edge.contains(&0)
+                    })
+                    .count();
+                let expected = if edge.contains(&0) {
+                    0.375
+                } else {
+                    0.125 * across as f32
+                };
+                assert_eq!(*value, expected);
+            }
+        }
+    }
+
+    #[test]
+    fn loop_boundary_is_a_cubic_spline_of_its_own() {
+        let mut sheet = grid(4, 1);
+        let fine = subdivided(&sheet, Scheme::Loop);
+        assert_eq!(fine.positions[2], sheet.positions[2]);
+        // The corners have two boundary edges as well and are rounded: (3/4) (0,0) + (1/8) (1,0) + (1/8) (0,1).
+        assert_eq!(fine.positions[0], vec3a(0.125, 0.125, 0.0));
+        // Lifting an inner row does not move the boundary's edge vertices.
+        sheet = grid(4, 2);
+        let flat = subdivided(&sheet, Scheme::Loop);
+        sheet.positions[7].z = 1.0;
+        let lifted = subdivided(&sheet, Scheme::Loop);
+        let moved = |edge: [u32; 2]| {
+            let at = 15
+                + Subdivision::new(15, &sheet.triangles, 1)
+                    .edges(0)
+                    .iter()
+                    .position(|e| *e == edge)
+                    .unwrap();
+            lifted.positions[at] != flat.positions[at]
+        };
+        assert!(!moved([1, 2]) && moved([2, 7]) && moved([1, 7]));
+    }
+
+    #[test]
+    fn loop_keeps_constants_and_straight_lines_on_a_regular_mesh() {
+        let sheet = grid(6, 6);
+        let fine = subdivided(&sheet, Scheme::Loop);
+        // Vertex 24 is inner; Loop reproduces linear functions there.
+        assert!((fine.positions[24] - sheet.positions[24]).length() < 1e-6);
+        let subdivision = Subdivision::new(49, &sheet.triangles, 1);
+        let mut ones = vec![0.0; subdivision.vertex_count(1)];
+        subdivision.refine(Scheme::Loop, 0, &[1.0f32; 49], &mut ones);
+        assert!(ones.iter().all(|x| (x - 1.0).abs() < 1e-6));
+    }
+
+    #[test]
+    fn loop_limit_is_smooth_where_midpoints_keep_the_crease() {
+        let widest_angle = |scheme| {
+            let mut mesh: Mesh = cube();
+            for _ in 0..4 {
+                mesh = subdivided(&mesh, scheme);
+            }
+            let mut normals = vec![Vec3A::ZERO; mesh.positions.len()];
+            vertex_normals(&mesh.positions, &mesh.triangles, &mut normals);
+            let edges = Adjacency::new(mesh.positions.len(), &mesh.triangles).edges();
+            let cosine = |[a, b]: &[u32; 2]| normals[*a as usize].dot(normals[*b as usize]);
+            edges
+                .iter()
+                .map(cosine)
+                .fold(1.0, f32::min)
+                .acos()
+                .to_degrees()
+        };
+        let (smooth, creased) = (widest_angle(Scheme::Loop), widest_angle(Scheme::Midpoint));
+        assert!(
+            smooth < 15.0 && creased > 40.0,
+            "{smooth} and {creased} degrees"
+        );
+    }
+
+    #[test]
+    fn restriction_is_the_transpose_of_the_refinement() {
+        for mesh in [cube(), grid(3, 2)] {
+            let subdivision = Subdivision::new(mesh.positions.len(), &mesh.triangles, 2);
+            let x = noise_vectors(subdivision.vertex_count(1), 5);
+            let y = noise_vectors(subdivision.vertex_count(2), 900);
+            let (mut refined, mut restricted) = (y.clone(), x.clone());
+            subdivision.refine(Scheme::Loop, 1, &x, &mut refined);
+            subdivision.restrict_loop(1, &y, &mut restricted);
+            let left: f32 = refined.iter().zip(&y).map(|(a, b)| a.dot(*b)).sum();
+            let right: f32 = x.iter().zip(&restricted).map(|(a, b)| a.dot(*b)).sum();
+            assert!((left - right).abs() < 1e-4, "{left} against {right}");
+        }
     }
 }

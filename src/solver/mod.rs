@@ -25,7 +25,12 @@ pub struct Solver {}
 
 impl Solver {
     /// `anchors` are vertices of the finest level, ascending. `factor` belongs to the same topology, anchors and weight.
-    pub fn new(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32, factor: CoarseFactor) -> Self {
+    pub fn new(
+        subdivision: &Subdivision,
+        anchors: &[u32],
+        anchor_weight: f32,
+        factor: CoarseFactor,
+    ) -> Self {
         let _ = (subdivision, anchors, anchor_weight, factor);
         todo!()
     }

@@ -1,0 +1,154 @@
+//! Sparse matrices in compressed rows.
+
+use std::ops::{Add, Mul};
+
+/// A sparse matrix; columns ascend within a row. Every row of a matrix that is applied has an entry.
+#[derive(Clone, Debug)]
+pub(crate) struct SparseMatrix {
+    /// `offsets[i]..offsets[i + 1]` is row i of `columns` and `values`.
+    pub offsets: Vec<u32>,
+    pub columns: Vec<u32>,
+    pub values: Vec<f32>,
+    pub column_count: usize,
+}
+
+impl SparseMatrix {
+    pub fn with_capacity(row_count: usize, entry_count: usize, column_count: usize) -> Self {
+        let mut offsets = Vec::with_capacity(row_count + 1);
+        offsets.push(0);
+        Self {
+            offsets,
+            columns: Vec::with_capacity(entry_count),
+            values: Vec::with_capacity(entry_count),
+            column_count,
+        }
+    }
+
+    pub fn row_count(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Appends a row; the entries are sorted here and must name each column once.
+    pub fn push_row(&mut self, entries: &mut [(u32, f32)]) {
+        entries.sort_unstable_by_key(|&(column, _)| column);
+        self.columns
+            .extend(entries.iter().map(|&(column, _)| column));
+        self.values.extend(entries.iter().map(|&(_, value)| value));
+        self.offsets.push(self.columns.len() as u32);
+    }
+
+    /// (column, value) of row `i`.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f32)> + Clone + '_ {
+        let range = self.offsets[i] as usize..self.offsets[i + 1] as usize;
+        self.columns[range.clone()]
+            .iter()
+            .copied()
+            .zip(self.values[range].iter().copied())
+    }
+
+    /// out = M x.
+    pub fn apply<T>(&self, x: &[T], out: &mut [T])
+    where
+        T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+    {
+        assert_eq!((x.len(), out.len()), (self.column_count, self.row_count()));
+        for (out, range) in out.iter_mut().zip(self.offsets.windows(2)) {
+            let range = range[0] as usize..range[1] as usize;
+            let (columns, values) = (&self.columns[range.clone()], &self.values[range]);
+            let mut sum = x[columns[0] as usize] * values[0];
+            for (&column, &value) in columns.iter().zip(values).skip(1) {
+                sum = sum + x[column as usize] * value;
+            }
+            *out = sum;
+        }
+    }
+
+    pub fn transposed(&self) -> Self {
+        let mut offsets = vec![0u32; self.column_count + 1];
+        for &column in &self.columns {
+            offsets[column as usize + 1] += 1;
+        }
+        for i in 0..self.column_count {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut next = offsets.clone();
+        let mut columns = vec![0; self.columns.len()];
+        let mut values = vec![0.0; self.columns.len()];
+        for i in 0..self.row_count() {
+            for (column, value) in self.row(i) {
+                let at = &mut next[column as usize];
+                columns[*at as usize] = i as u32;
+                values[*at as usize] = value;
+                *at += 1;
+            }
+        }
+        Self {
+            offsets,
+            columns,
+            values,
+            column_count: self.row_count(),
+        }
+    }
+
+    /// M R. Entries that cancel stay, so that the pattern depends on the patterns alone.
+    pub fn times(&self, right: &Self) -> Self {
+        assert_eq!(self.column_count, right.row_count());
+        let mut product =
+            Self::with_capacity(self.row_count(), 8 * self.row_count(), right.column_count);
+        let mut sums = vec![0.0f32; right.column_count];
+        let mut seen_in_row = vec![u32::MAX; right.column_count];
+        let mut row_columns = Vec::new();
+        for i in 0..self.row_count() {
+            row_columns.clear();
+            for (middle, left_value) in self.row(i) {
+                for (column, value) in right.row(middle as usize) {
+                    if seen_in_row[column as usize] != i as u32 {
+                        seen_in_row[column as usize] = i as u32;
+                        sums[column as usize] = 0.0;
+                        row_columns.push(column);
+                    }
+                    sums[column as usize] += left_value * value;
+                }
+            }
+            row_columns.sort_unstable();
+            product.columns.extend_from_slice(&row_columns);
+            product
+                .values
+                .extend(row_columns.iter().map(|&column| sums[column as usize]));
+            product.offsets.push(product.columns.len() as u32);
+        }
+        product
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> SparseMatrix {
+        // [1 0 2]
+        // [0 3 0]
+        let mut matrix = SparseMatrix::with_capacity(2, 3, 3);
+        matrix.push_row(&mut [(2, 2.0), (0, 1.0)]);
+        matrix.push_row(&mut [(1, 3.0)]);
+        matrix
+    }
+
+    #[test]
+    fn apply_and_transpose() {
+        let (matrix, mut out) = (example(), [0.0; 2]);
+        matrix.apply(&[1.0, 10.0, 100.0], &mut out);
+        assert_eq!(out, [201.0, 30.0]);
+        let mut out = [0.0; 3];
+        matrix.transposed().apply(&[1.0, 10.0], &mut out);
+        assert_eq!(out, [1.0, 30.0, 2.0]);
+    }
+
+    #[test]
+    fn product_keeps_sorted_columns() {
+        let gram = example().transposed().times(&example());
+        assert_eq!(gram.offsets, [0, 2, 3, 5]);
+        assert_eq!(gram.columns, [0, 2, 1, 0, 2]);
+        assert_eq!(gram.values, [1.0, 2.0, 9.0, 2.0, 4.0]);
+    }
+}

@@ -32,7 +32,11 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { stage: Stage::Detailed, detail: 1.0, stop: Stop::Tolerance(1e-5) }
+        Self {
+            stage: Stage::Detailed,
+            detail: 1.0,
+            stop: Stop::Tolerance(1e-5),
+        }
     }
 }
 
@@ -63,5 +67,8 @@ impl Animator {
 pub fn animate(avatar: &Avatar, pose: &Pose, options: &Options) -> Result<Mesh, AvatarError> {
     let mut animator = Animator::new(Arc::new(avatar.clone()))?;
     let positions = animator.animate(pose, options).to_vec();
-    Ok(Mesh { positions, triangles: animator.triangles().to_vec() })
+    Ok(Mesh {
+        positions,
+        triangles: animator.triangles().to_vec(),
+    })
 }

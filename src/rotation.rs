@@ -13,7 +13,11 @@ pub fn quat_from_axis_angle(axis_angle: Vec3) -> Quat {
 
 /// Axis-angle vector (radians, length at most π) of a unit quaternion.
 pub fn axis_angle_from_quat(rotation: Quat) -> Vec3 {
-    let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
+    let rotation = if rotation.w < 0.0 {
+        -rotation
+    } else {
+        rotation
+    };
     let sine = rotation.xyz().length();
     if sine < 1e-8 {
         return 2.0 * rotation.xyz();
@@ -41,7 +45,10 @@ mod tests {
             Vec3::new(0.0, 3.1, 0.0),
         ] {
             let back = axis_angle_from_quat(quat_from_axis_angle(vector));
-            assert!((back - vector).length() < 1e-5, "{vector} came back as {back}");
+            assert!(
+                (back - vector).length() < 1e-5,
+                "{vector} came back as {back}"
+            );
         }
     }
 

@@ -41,7 +41,10 @@ pub struct Pose {
 impl Pose {
     /// The rest pose (T-pose at the origin).
     pub fn rest(joint_count: usize) -> Self {
-        Self { rotations: vec![Quat::IDENTITY; joint_count], translation: Vec3::ZERO }
+        Self {
+            rotations: vec![Quat::IDENTITY; joint_count],
+            translation: Vec3::ZERO,
+        }
     }
 
     /// From SMPL's axis-angle numbers: three per joint, radians.
@@ -50,7 +53,10 @@ impl Pose {
             .chunks_exact(3)
             .map(|n| rotation::quat_from_axis_angle(Vec3::new(n[0], n[1], n[2])))
             .collect();
-        Self { rotations, translation }
+        Self {
+            rotations,
+            translation,
+        }
     }
 }
 
@@ -66,7 +72,8 @@ pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
             ),
             Some(parent) => {
                 let offset = rig.rest_joints[joint] - rig.rest_joints[*parent];
-                world_from_joint[*parent] * Affine3A::from_rotation_translation(rotation, offset.into())
+                world_from_joint[*parent]
+                    * Affine3A::from_rotation_translation(rotation, offset.into())
             }
         };
         world_from_joint.push(transform);
@@ -90,6 +97,9 @@ impl Skin {
                 translation += transform.translation * weight;
             }
         }
-        Affine3A { matrix3: matrix, translation }
+        Affine3A {
+            matrix3: matrix,
+            translation,
+        }
     }
 }

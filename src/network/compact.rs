@@ -4,8 +4,10 @@
 //! branch c runs every frame, once a region. Neighbouring regions overlap with weights that sum to one (folded into the tables), so
 //! that the value is continuous over the surface.
 
+use super::Scratch;
 use crate::body::Pose;
 use crate::pose_feature::PoseMask;
+use crate::rotation::six_numbers_from_quat;
 use glam::Vec3A;
 
 /// A region: the rows `rows.0 .. rows.1` of the tables, one pose mask, one branch.
@@ -48,8 +50,192 @@ pub struct Compact {
 
 impl Compact {
     /// See [`super::SurfaceFunction::evaluate`]; `out` has one entry for each vertex of the level.
-    pub fn evaluate(&self, pose: &Pose, out: &mut [Vec3A]) {
-        let _ = (pose, out);
-        todo!()
+    pub fn evaluate(&self, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
+        out.fill(Vec3A::ZERO);
+        let row_length = 3 * self.basis_count as usize;
+        let Scratch {
+            kernel, factors, ..
+        } = scratch;
+        kernel.resize(self.centre_count as usize, 0.0);
+        factors.resize(row_length, 0.0);
+        for (region, steps) in self
+            .regions
+            .iter()
+            .zip(self.basis_step.chunks_exact(self.basis_count as usize))
+        {
+            region.kernel(&self.centres, pose, kernel);
+            for (k, &step) in steps.iter().enumerate() {
+                factors[3 * k..3 * k + 3].fill(step * region.coefficient(k, kernel));
+            }
+            let rows = region.rows.0 as usize..region.rows.1 as usize;
+            let basis = &self.basis[rows.start * row_length..rows.end * row_length];
+            for (row, basis) in rows.zip(basis.chunks_exact(row_length)) {
+                let mean = Vec3A::from_slice(&self.mean[3 * row..]);
+                out[self.row_vertices[row] as usize] += mean + weighted_sum(basis, factors);
+            }
+        }
+    }
+}
+
+impl Region {
+    /// κ: Matérn-3/2 of the distance between the masked rotations of `pose` and of each centre.
+    fn kernel(&self, centres: &[f32], pose: &Pose, kernel: &mut [f32]) {
+        let centre_length = 6 * pose.rotations.len();
+        kernel.fill(0.0);
+        for joint in self.mask.joints() {
+            let numbers = six_numbers_from_quat(pose.rotations[joint]);
+            for (squared, centre) in kernel.iter_mut().zip(centres.chunks_exact(centre_length)) {
+                let centre = &centre[6 * joint..6 * joint + 6];
+                *squared += numbers
+                    .iter()
+                    .zip(centre)
+                    .map(|(a, b)| (a - b) * (a - b))
+                    .sum::<f32>();
+            }
+        }
+        for value in kernel {
+            let ratio = 3f32.sqrt() * value.sqrt() / self.kernel_length;
+            *value = (1.0 + ratio) * (-ratio).exp();
+        }
+    }
+
+    /// c_k.
+    fn coefficient(&self, k: usize, kernel: &[f32]) -> f32 {
+        let row = &self.coefficient_from_kernel[k * kernel.len()..][..kernel.len()];
+        self.coefficient_bias[k] + row.iter().zip(kernel).map(|(a, b)| a * b).sum::<f32>()
+    }
+}
+
+/// Σ_k of three consecutive entries of `basis` times their factors (one factor an entry).
+///
+/// Twelve sums side by side: a multiple of three axes and of four lanes, so that the compiler makes vector instructions of it.
+fn weighted_sum(basis: &[i8], factors: &[f32]) -> Vec3A {
+    let (basis, basis_rest) = basis.as_chunks::<12>();
+    let (factors, factors_rest) = factors.as_chunks::<12>();
+    let mut sums = [0.0f32; 12];
+    for (basis, factors) in basis.iter().zip(factors) {
+        for i in 0..12 {
+            sums[i] += f32::from(basis[i]) * factors[i];
+        }
+    }
+    for (i, (&basis, &factor)) in basis_rest.iter().zip(factors_rest).enumerate() {
+        sums[i] += f32::from(basis) * factor;
+    }
+    Vec3A::from_array(
+        [0, 1, 2].map(|axis| sums[axis] + sums[axis + 3] + sums[axis + 6] + sums[axis + 9]),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Quat, Vec3};
+
+    /// Two overlapping regions over four vertices, three joints, two centres, five basis functions.
+    fn example() -> Compact {
+        let region = |mask, rows, scale: f32| Region {
+            mask: PoseMask(mask),
+            rows,
+            kernel_length: 0.8,
+            coefficient_from_kernel: (0..10).map(|i| scale * (i as f32 - 4.0)).collect(),
+            coefficient_bias: (0..5).map(|i| 0.1 * i as f32).collect(),
+        };
+        let centre = |angle: f32| {
+            [0.0, angle, -angle]
+                .into_iter()
+                .flat_map(|a| six_numbers_from_quat(Quat::from_rotation_x(a)))
+        };
+        Compact {
+            level: 0,
+            basis_count: 5,
+            centres: centre(0.2).chain(centre(1.0)).collect(),
+            centre_count: 2,
+            regions: vec![region(0b010, (0, 3), 0.3), region(0b110, (3, 5), 0.5)],
+            row_vertices: vec![0, 1, 2, 2, 3],
+            mean: (0..15).map(|i| 0.01 * i as f32).collect(),
+            basis: (0..75).map(|i| (i * 37 % 255 - 127) as i8).collect(),
+            basis_step: (0..10).map(|i| 0.001 * (1 + i) as f32).collect(),
+        }
+    }
+
+    fn pose(second: f32, third: f32) -> Pose {
+        Pose {
+            rotations: vec![
+                Quat::from_rotation_y(0.4),
+                Quat::from_rotation_x(second),
+                Quat::from_rotation_z(third),
+            ],
+            translation: Vec3::ZERO,
+        }
+    }
+
+    /// value(v) = Σ over rows of v: mean + Σ_k c_k step_k b_k, straight from the definitions in f64.
+    fn naive(compact: &Compact, pose: &Pose) -> Vec<[f64; 3]> {
+        let k_count = compact.basis_count as usize;
+        let mut out = vec![[0.0; 3]; 4];
+        for (r, region) in compact.regions.iter().enumerate() {
+            let kernel: Vec<f64> = (0..compact.centre_count as usize)
+                .map(|centre| {
+                    let mut squared = 0.0;
+                    for joint in region.mask.joints() {
+                        let numbers = six_numbers_from_quat(pose.rotations[joint]);
+                        for i in 0..6 {
+                            let difference =
+                                numbers[i] - compact.centres[(centre * 3 + joint) * 6 + i];
+                            squared += f64::from(difference).powi(2);
+                        }
+                    }
+                    let ratio = (3.0 * squared).sqrt() / f64::from(region.kernel_length);
+                    (1.0 + ratio) * (-ratio).exp()
+                })
+                .collect();
+            for row in region.rows.0 as usize..region.rows.1 as usize {
+                for axis in 0..3 {
+                    let mut value = f64::from(compact.mean[3 * row + axis]);
+                    for k in 0..k_count {
+                        let mut c = f64::from(region.coefficient_bias[k]);
+                        for (i, kernel) in kernel.iter().enumerate() {
+                            c += f64::from(region.coefficient_from_kernel[k * 2 + i]) * kernel;
+                        }
+                        value += c
+                            * f64::from(compact.basis_step[r * k_count + k])
+                            * f64::from(compact.basis[(row * k_count + k) * 3 + axis]);
+                    }
+                    out[compact.row_vertices[row] as usize][axis] += value;
+                }
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn agrees_with_the_definition() {
+        let compact = example();
+        for pose in [pose(0.0, 0.0), pose(0.2, -0.2), pose(1.3, 2.0)] {
+            let mut out = vec![Vec3A::NAN; 4];
+            compact.evaluate(&pose, &mut Scratch::default(), &mut out);
+            for (value, expected) in out.iter().zip(naive(&compact, &pose)) {
+                for axis in 0..3 {
+                    assert!(
+                        (f64::from(value[axis]) - expected[axis]).abs() < 1e-5,
+                        "{value} for {expected:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_region_listens_to_its_mask_alone() {
+        let compact = example();
+        let evaluate = |pose: &Pose| {
+            let mut out = vec![Vec3A::ZERO; 4];
+            compact.evaluate(pose, &mut Scratch::default(), &mut out);
+            out
+        };
+        let (before, after) = (evaluate(&pose(0.5, 0.0)), evaluate(&pose(0.5, 0.9)));
+        assert_eq!(before[..2], after[..2], "rows of the first region only");
+        assert_ne!(before[2], after[2], "a row of each");
+        assert_ne!(before[3], after[3], "a row of the second region");
     }
 }

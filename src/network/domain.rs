@@ -2,7 +2,7 @@
 
 use crate::body::Skin;
 use crate::mesh::Subdivision;
-use crate::pose_feature::PoseMask;
+use crate::pose_feature::{PoseMask, vertex_masks};
 use glam::Vec3A;
 
 /// Q(v) and the mask of θ̄(v) for each vertex of one level.
@@ -17,7 +17,24 @@ pub struct Domain {
 impl Domain {
     /// Domains of levels 0 ..= `subdivision.level_count()` for the canonical template (zero shape).
     pub fn levels(template: &[Vec3A], skin: &Skin, subdivision: &Subdivision) -> Vec<Self> {
-        let _ = (template, skin, subdivision);
-        todo!()
+        let mut levels = vec![Self {
+            canonical: template.to_vec(),
+            masks: vertex_masks(skin),
+        }];
+        for level in 0..subdivision.level_count() {
+            levels.push(levels[level].refined(subdivision.edges(level)));
+        }
+        levels
+    }
+
+    fn refined(&self, edges: &[[u32; 2]]) -> Self {
+        let mut finer = self.clone();
+        for [a, b] in edges.iter().map(|edge| edge.map(|v| v as usize)) {
+            finer
+                .canonical
+                .push(0.5 * (self.canonical[a] + self.canonical[b]));
+            finer.masks.push(self.masks[a].union(self.masks[b]));
+        }
+        finer
     }
 }

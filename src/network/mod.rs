@@ -9,15 +9,27 @@ pub use domain::Domain;
 pub use mlp::{Layer, Mlp};
 
 use crate::body::Pose;
+use crate::pose_feature::PoseMask;
 use glam::Vec3A;
 
 /// A function of surface point and pose, in the canonical (T-pose) frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SurfaceFunction {
     /// A multilayer perceptron of γ(Q) and θ̄ (the paper's form).
     Mlp(Mlp),
     /// Tables on vertices times coefficients of the pose.
     Compact(Compact),
+}
+
+/// Working memory of an evaluation; keep it from frame to frame and nothing is allocated after the first.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    masks: Vec<PoseMask>,
+    pose_biases: Vec<f32>,
+    encoded: Vec<f32>,
+    activations: [Vec<f32>; 2],
+    kernel: Vec<f32>,
+    factors: Vec<f32>,
 }
 
 impl SurfaceFunction {
@@ -30,10 +42,10 @@ impl SurfaceFunction {
     }
 
     /// Values at every vertex of the function's level. `domain` is that level's; `out` has one entry a vertex.
-    pub fn evaluate(&self, domain: &Domain, pose: &Pose, out: &mut [Vec3A]) {
+    pub fn evaluate(&self, domain: &Domain, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
         match self {
-            Self::Mlp(mlp) => mlp.evaluate(domain, pose, out),
-            Self::Compact(compact) => compact.evaluate(pose, out),
+            Self::Mlp(mlp) => mlp.evaluate(domain, pose, scratch, out),
+            Self::Compact(compact) => compact.evaluate(pose, scratch, out),
         }
     }
 }

@@ -17,12 +17,12 @@ pub struct Region {
     pub mask: PoseMask,
     /// First row and one past the last.
     pub rows: (u32, u32),
+    /// K: basis functions of this region; none where the mask is empty and the mean says all.
+    pub basis_count: u32,
     /// Length of the kernel in the space of masked six-number rotations.
     pub kernel_length: f32,
     /// (K, centres) row-major: c = `coefficient_from_kernel` · κ(θ̄), κ_i = Matérn-3/2 of the distance to centre i.
     pub coefficient_from_kernel: Vec<f32>,
-    /// Added to c (length K).
-    pub coefficient_bias: Vec<f32>,
 }
 
 /// Trunk tables and branches.
@@ -30,8 +30,6 @@ pub struct Region {
 pub struct Compact {
     /// Level on whose vertices the tables stand.
     pub level: u32,
-    /// K: basis functions a region.
-    pub basis_count: u32,
     /// Poses of training: (centres, joints, 6) rotations as their first two columns.
     pub centres: Vec<f32>,
     /// Number of centres.
@@ -42,9 +40,9 @@ pub struct Compact {
     pub row_vertices: Vec<u32>,
     /// (rows, 3): mean, in the function's unit.
     pub mean: Vec<f32>,
-    /// (rows, K, 3): basis as small integers.
+    /// Region after region, (rows, K, 3): basis as small integers.
     pub basis: Vec<i8>,
-    /// (regions, K): size of one step of `basis`, in the function's unit.
+    /// Region after region, (K): size of one step of `basis`, in the function's unit.
     pub basis_step: Vec<f32>,
 }
 
@@ -52,25 +50,24 @@ impl Compact {
     /// See [`super::SurfaceFunction::evaluate`]; `out` has one entry for each vertex of the level.
     pub fn evaluate(&self, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
         out.fill(Vec3A::ZERO);
-        let row_length = 3 * self.basis_count as usize;
-        let Scratch {
-            kernel, factors, ..
-        } = scratch;
+        let Scratch { kernel, factors, .. } = scratch;
         kernel.resize(self.centre_count as usize, 0.0);
-        factors.resize(row_length, 0.0);
-        for (region, steps) in self
-            .regions
-            .iter()
-            .zip(self.basis_step.chunks_exact(self.basis_count as usize))
-        {
-            region.kernel(&self.centres, pose, kernel);
-            for (k, &step) in steps.iter().enumerate() {
+        let (mut basis, mut steps) = (self.basis.as_slice(), self.basis_step.as_slice());
+        for region in &self.regions {
+            let rows = region.rows.0 as usize..region.rows.1 as usize;
+            let row_length = 3 * region.basis_count as usize;
+            let region_steps = steps.split_off(..region.basis_count as usize).unwrap_or_default();
+            let region_basis = basis.split_off(..row_length * rows.len()).unwrap_or_default();
+            factors.resize(row_length, 0.0);
+            if row_length > 0 {
+                region.kernel(&self.centres, pose, kernel);
+            }
+            for (k, &step) in region_steps.iter().enumerate() {
                 factors[3 * k..3 * k + 3].fill(step * region.coefficient(k, kernel));
             }
-            let rows = region.rows.0 as usize..region.rows.1 as usize;
-            let basis = &self.basis[rows.start * row_length..rows.end * row_length];
-            for (row, basis) in rows.zip(basis.chunks_exact(row_length)) {
+            for (i, row) in rows.enumerate() {
                 let mean = Vec3A::from_slice(&self.mean[3 * row..]);
+                let basis = &region_basis[row_length * i..row_length * (i + 1)];
                 out[self.row_vertices[row] as usize] += mean + weighted_sum(basis, factors);
             }
         }
@@ -94,16 +91,21 @@ impl Region {
             }
         }
         for value in kernel {
-            let ratio = 3f32.sqrt() * value.sqrt() / self.kernel_length;
-            *value = (1.0 + ratio) * (-ratio).exp();
+            *value = matern(value.sqrt() / self.kernel_length);
         }
     }
 
     /// c_k.
     fn coefficient(&self, k: usize, kernel: &[f32]) -> f32 {
         let row = &self.coefficient_from_kernel[k * kernel.len()..][..kernel.len()];
-        self.coefficient_bias[k] + row.iter().zip(kernel).map(|(a, b)| a * b).sum::<f32>()
+        row.iter().zip(kernel).map(|(a, b)| a * b).sum()
     }
+}
+
+/// Matérn-3/2 kernel of a distance in units of the kernel's length; 1 at 0.
+pub fn matern(distance: f32) -> f32 {
+    let ratio = 3f32.sqrt() * distance;
+    (1.0 + ratio) * (-ratio).exp()
 }
 
 /// Σ_k of three consecutive entries of `basis` times their factors (one factor an entry).
@@ -133,12 +135,12 @@ mod tests {
 
     /// Two overlapping regions over four vertices, three joints, two centres, five basis functions.
     fn example() -> Compact {
-        let region = |mask, rows, scale: f32| Region {
+        let region = |mask, rows, basis_count: u32, scale: f32| Region {
             mask: PoseMask(mask),
             rows,
+            basis_count,
             kernel_length: 0.8,
-            coefficient_from_kernel: (0..10).map(|i| scale * (i as f32 - 4.0)).collect(),
-            coefficient_bias: (0..5).map(|i| 0.1 * i as f32).collect(),
+            coefficient_from_kernel: (0..2 * basis_count).map(|i| scale * (i as f32 - 4.0)).collect(),
         };
         let centre = |angle: f32| {
             [0.0, angle, -angle]
@@ -147,14 +149,13 @@ mod tests {
         };
         Compact {
             level: 0,
-            basis_count: 5,
             centres: centre(0.2).chain(centre(1.0)).collect(),
             centre_count: 2,
-            regions: vec![region(0b010, (0, 3), 0.3), region(0b110, (3, 5), 0.5)],
+            regions: vec![region(0b010, (0, 3), 5, 0.3), region(0, (3, 3), 0, 0.0), region(0b110, (3, 5), 4, 0.5)],
             row_vertices: vec![0, 1, 2, 2, 3],
             mean: (0..15).map(|i| 0.01 * i as f32).collect(),
-            basis: (0..75).map(|i| (i * 37 % 255 - 127) as i8).collect(),
-            basis_step: (0..10).map(|i| 0.001 * (1 + i) as f32).collect(),
+            basis: (0..69).map(|i| (i * 37 % 255 - 127) as i8).collect(),
+            basis_step: (0..9).map(|i| 0.001 * (1 + i) as f32).collect(),
         }
     }
 
@@ -171,9 +172,10 @@ mod tests {
 
     /// value(v) = Σ over rows of v: mean + Σ_k c_k step_k b_k, straight from the definitions in f64.
     fn naive(compact: &Compact, pose: &Pose) -> Vec<[f64; 3]> {
-        let k_count = compact.basis_count as usize;
+        let (mut first_step, mut first_basis) = (0, 0);
         let mut out = vec![[0.0; 3]; 4];
-        for (r, region) in compact.regions.iter().enumerate() {
+        for region in &compact.regions {
+            let k_count = region.basis_count as usize;
             let kernel: Vec<f64> = (0..compact.centre_count as usize)
                 .map(|centre| {
                     let mut squared = 0.0;
@@ -193,17 +195,19 @@ mod tests {
                 for axis in 0..3 {
                     let mut value = f64::from(compact.mean[3 * row + axis]);
                     for k in 0..k_count {
-                        let mut c = f64::from(region.coefficient_bias[k]);
+                        let mut c = 0.0;
                         for (i, kernel) in kernel.iter().enumerate() {
                             c += f64::from(region.coefficient_from_kernel[k * 2 + i]) * kernel;
                         }
                         value += c
-                            * f64::from(compact.basis_step[r * k_count + k])
-                            * f64::from(compact.basis[(row * k_count + k) * 3 + axis]);
+                            * f64::from(compact.basis_step[first_step + k])
+                            * f64::from(compact.basis[first_basis + 3 * k + axis]);
                     }
                     out[compact.row_vertices[row] as usize][axis] += value;
                 }
+                first_basis += 3 * k_count;
             }
+            first_step += k_count;
         }
         out
     }

@@ -4,7 +4,7 @@ mod compact;
 mod domain;
 mod mlp;
 
-pub use compact::{Compact, Region};
+pub use compact::{Compact, Region, matern};
 pub use domain::Domain;
 pub use mlp::{Layer, Mlp};
 

@@ -4,11 +4,18 @@
 //! d at zero softly. The matrix depends on topology alone; the coarse level is factored once for each avatar.
 
 mod factor;
+mod galerkin;
+mod multigrid;
+mod normal_operator;
+mod triangular;
 
-pub use factor::CoarseFactor;
+pub use factor::{CoarseFactor, FactorError};
 
-use crate::mesh::Subdivision;
+use crate::mesh::{Adjacency, Subdivision};
 use glam::Vec3A;
+use multigrid::{Level, Multigrid, Operator};
+use normal_operator::NormalOperator;
+use triangular::DirectSolver;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,23 +28,117 @@ pub enum Stop {
 
 /// Everything that solving needs and that no frame changes.
 #[derive(Clone, Debug)]
-pub struct Solver {}
+pub struct Solver {
+    operator: NormalOperator,
+    preconditioner: Multigrid,
+    residual: Vec<Vec3A>,
+    preconditioned: Vec<Vec3A>,
+    direction: Vec<Vec3A>,
+    product: Vec<Vec3A>,
+}
+
+/// Iterations after which a solve to a tolerance gives up and returns what it has.
+const ITERATION_LIMIT: u32 = 60;
 
 impl Solver {
     /// `anchors` are vertices of the finest level, ascending. `factor` belongs to the same topology, anchors and weight.
+    ///
+    /// # Errors
+    /// When the factor's arrays do not fit the topology.
     pub fn new(
         subdivision: &Subdivision,
         anchors: &[u32],
         anchor_weight: f32,
         factor: CoarseFactor,
-    ) -> Self {
-        let _ = (subdivision, anchors, anchor_weight, factor);
-        todo!()
+    ) -> Result<Self, FactorError> {
+        let finest = subdivision.level_count();
+        let vertex_count = subdivision.vertex_count(finest);
+        let rows = galerkin::least_squares_rows(subdivision, anchors, anchor_weight);
+        let coarsest = DirectSolver::new(&galerkin::gram(&rows[0]), &factor)?;
+        let adjacency = Adjacency::new(vertex_count, subdivision.triangles(finest));
+        let operator = NormalOperator::new(adjacency, anchors, anchor_weight);
+        let level = |level: usize| {
+            let operator = if level == finest {
+                Operator::Normal(operator.clone())
+            } else {
+                Operator::Assembled(galerkin::gram(&rows[level]))
+            };
+            let [prolongation, restriction] = subdivision.loop_stencils(level - 1);
+            Level::new(operator, prolongation.clone(), restriction.clone())
+        };
+        let levels = (1..=finest).rev().map(level).collect();
+        let zeros = vec![Vec3A::ZERO; vertex_count];
+        Ok(Self {
+            operator,
+            preconditioner: Multigrid::new(levels, coarsest, subdivision.vertex_count(0)),
+            residual: zeros.clone(),
+            preconditioned: zeros.clone(),
+            direction: zeros.clone(),
+            product: zeros,
+        })
     }
 
     /// Solves for `d` (finest level) from the rows' residual `r`; `d` comes in as the first guess. Returns the iterations done.
     pub fn solve(&mut self, r: &[Vec3A], d: &mut [Vec3A], stop: Stop) -> u32 {
-        let _ = (r, d, stop);
-        todo!()
+        let Self {
+            operator,
+            preconditioner,
+            residual,
+            preconditioned,
+            direction,
+            product,
+        } = self;
+        operator.right_side(r, residual);
+        operator.subtract_product(d, residual);
+        let mut energy = Vec3A::ZERO;
+        let limit = match stop {
+            Stop::Iterations(count) => count,
+            Stop::Tolerance(_) => ITERATION_LIMIT,
+        };
+        for iteration in 0..limit {
+            preconditioner.apply(residual, preconditioned);
+            if let Stop::Tolerance(tolerance) = stop {
+                let largest = preconditioned
+                    .iter()
+                    .fold(0.0f32, |largest, z| largest.max(z.length_squared()))
+                    .sqrt();
+                if 2.0 * largest <= tolerance {
+                    return iteration;
+                }
+            }
+            let next_energy = dot(residual, preconditioned);
+            let ratio = divide(next_energy, energy);
+            energy = next_energy;
+            for (direction, z) in direction.iter_mut().zip(&*preconditioned) {
+                *direction = if iteration == 0 {
+                    *z
+                } else {
+                    *z + *direction * ratio
+                };
+            }
+            product.fill(Vec3A::ZERO);
+            operator.subtract_product(direction, product);
+            let length = divide(energy, -dot(direction, product));
+            for k in 0..d.len() {
+                d[k] += direction[k] * length;
+                residual[k] += product[k] * length;
+            }
+        }
+        limit
     }
+}
+
+/// The inner products of the three coordinates.
+fn dot(a: &[Vec3A], b: &[Vec3A]) -> Vec3A {
+    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
+}
+
+/// a / b by coordinate; zero where b is not positive, as when that coordinate is solved exactly.
+fn divide(a: Vec3A, b: Vec3A) -> Vec3A {
+    let is_positive = b.cmpgt(Vec3A::ZERO);
+    Vec3A::select(
+        is_positive,
+        a / Vec3A::select(is_positive, b, Vec3A::ONE),
+        Vec3A::ZERO,
+    )
 }

@@ -1,5 +1,6 @@
 //! SMPL-family bodies: shape space, skeleton, skinning.
 
+mod joint_names;
 mod read;
 mod rig;
 
@@ -49,11 +50,8 @@ impl Body {
                 *vertex += beta * *offset;
             }
         }
-        let rest_joints = self
-            .joint_regressor
-            .iter()
-            .map(|row| row.iter().map(|&(v, w)| w * rest[v as usize]).sum())
-            .collect();
+        let rest_joints =
+            self.joint_regressor.iter().map(|row| row.iter().map(|&(v, w)| w * rest[v as usize]).sum()).collect();
         Rig {
             rest,
             rest_joints,

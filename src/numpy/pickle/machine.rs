@@ -1,0 +1,474 @@
+//! The pickle machine: a stack, a memo and a fixed list of opcodes. Source: Python's `pickletools`.
+
+use super::class::Class;
+use super::{Node, NodeId};
+use crate::numpy::{Place, ReadError};
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// Values that one pickle may hold: array contents are one value each.
+const NODE_LIMIT: usize = 1 << 22;
+
+/// Runs the opcodes up to STOP: all values, and which of them is the result.
+pub(super) fn run<'a>(bytes: &'a [u8], file: &str) -> Result<(Vec<Node<'a>>, NodeId), ReadError> {
+    let mut machine = Machine {
+        file,
+        bytes,
+        at: 0,
+        opcode_at: 0,
+        nodes: Vec::new(),
+        stack: Vec::new(),
+        marks: Vec::new(),
+        memo: HashMap::new(),
+    };
+    loop {
+        machine.opcode_at = machine.at;
+        let [opcode] = machine.take_word()?;
+        if opcode == b'.' {
+            let result = machine.pop()?;
+            return Ok((machine.nodes, result));
+        }
+        machine.step(opcode)?;
+    }
+}
+
+struct Machine<'a, 'file> {
+    file: &'file str,
+    bytes: &'a [u8],
+    /// The next byte to read.
+    at: usize,
+    /// The first byte of the current instruction.
+    opcode_at: usize,
+    nodes: Vec<Node<'a>>,
+    stack: Vec<NodeId>,
+    /// Heights of the stack where MARK was.
+    marks: Vec<usize>,
+    memo: HashMap<u64, NodeId>,
+}
+
+impl<'a> Machine<'a, '_> {
+    fn step(&mut self, opcode: u8) -> Result<(), ReadError> {
+        match opcode {
+            // PROTO, FRAME
+            0x80 => self.protocol(),
+            0x95 => self.take_word::<8>().map(drop),
+            // Numbers: NONE, NEWTRUE, NEWFALSE, BININT, BININT1, BININT2, BINFLOAT, LONG1, LONG4, INT, LONG, FLOAT
+            b'N' => self.push(Node::None),
+            0x88 => self.push(Node::Bool(true)),
+            0x89 => self.push(Node::Bool(false)),
+            b'J' => {
+                let word = self.take_word()?;
+                self.push(Node::Integer(i32::from_le_bytes(word).into()))
+            }
+            b'K' => {
+                let word = self.take_word()?;
+                self.push(Node::Integer(u8::from_le_bytes(word).into()))
+            }
+            b'M' => {
+                let word = self.take_word()?;
+                self.push(Node::Integer(u16::from_le_bytes(word).into()))
+            }
+            b'G' => {
+                let word = self.take_word()?;
+                self.push(Node::Float(f64::from_be_bytes(word)))
+            }
+            0x8a => self.binary_long::<1>(),
+            0x8b => self.binary_long::<4>(),
+            b'I' | b'L' => self.decimal_integer(),
+            b'F' => {
+                let text = self.take_line()?;
+                let number = text.parse().map_err(|_| self.error("a number", format!("{text:?}")))?;
+                self.push(Node::Float(number))
+            }
+            // Bytes: SHORT_BINBYTES, BINBYTES, BINBYTES8, BYTEARRAY8, SHORT_BINSTRING, BINSTRING, STRING
+            b'C' | b'U' => self.binary_bytes::<1>(),
+            b'B' | b'T' => self.binary_bytes::<4>(),
+            0x8e | 0x96 => self.binary_bytes::<8>(),
+            b'S' => self.quoted_bytes(),
+            // Text: SHORT_BINUNICODE, BINUNICODE, BINUNICODE8, UNICODE
+            0x8c => self.binary_text::<1>(),
+            b'X' => self.binary_text::<4>(),
+            0x8d => self.binary_text::<8>(),
+            b'V' => self.escaped_text(),
+            // Sequences: EMPTY_LIST, EMPTY_TUPLE, EMPTY_SET, LIST, TUPLE, FROZENSET, TUPLE1 to TUPLE3, APPEND,
+            // APPENDS, ADDITEMS
+            b']' | b')' | 0x8f => self.push(Node::Sequence(Vec::new())),
+            b'l' | b't' | 0x91 => {
+                let items = self.pop_to_mark()?;
+                self.push(Node::Sequence(items))
+            }
+            0x85..=0x87 => {
+                let items = self.pop_many(usize::from(opcode - 0x84))?;
+                self.push(Node::Sequence(items))
+            }
+            b'a' => {
+                let items = self.pop_many(1)?;
+                self.append(items)
+            }
+            b'e' | 0x90 => {
+                let items = self.pop_to_mark()?;
+                self.append(items)
+            }
+            // Dictionaries: EMPTY_DICT, DICT, SETITEM, SETITEMS
+            b'}' => self.push(Node::Dictionary(Vec::new())),
+            b'd' => {
+                let items = self.pop_to_mark()?;
+                let items = self.pairs(items)?;
+                self.push(Node::Dictionary(items))
+            }
+            b's' => {
+                let items = self.pop_many(2)?;
+                self.set_items(items)
+            }
+            b'u' => {
+                let items = self.pop_to_mark()?;
+                self.set_items(items)
+            }
+            // Objects: GLOBAL, STACK_GLOBAL, REDUCE, NEWOBJ, BUILD
+            b'c' => {
+                let (module, name) = (self.take_line()?, self.take_line()?);
+                self.class(module, name)
+            }
+            0x93 => self.stack_class(),
+            b'R' | 0x81 => self.call(),
+            b'b' => self.build(),
+            // The stack: MARK, POP, POP_MARK, DUP
+            b'(' => {
+                self.marks.push(self.stack.len());
+                Ok(())
+            }
+            b'0' => self.pop().map(drop),
+            b'1' => self.pop_to_mark().map(drop),
+            b'2' => {
+                let top = self.top()?;
+                self.stack.push(top);
+                Ok(())
+            }
+            // The memo: PUT, BINPUT, LONG_BINPUT, MEMOIZE, GET, BINGET, LONG_BINGET
+            b'p' => {
+                let key = self.decimal_key()?;
+                self.remember(key)
+            }
+            b'q' => {
+                let key = self.take_number::<1>()?;
+                self.remember(key)
+            }
+            b'r' => {
+                let key = self.take_number::<4>()?;
+                self.remember(key)
+            }
+            0x94 => self.remember(self.memo.len() as u64),
+            b'g' => {
+                let key = self.decimal_key()?;
+                self.recall(key)
+            }
+            b'h' => {
+                let key = self.take_number::<1>()?;
+                self.recall(key)
+            }
+            b'j' => {
+                let key = self.take_number::<4>()?;
+                self.recall(key)
+            }
+            other => Err(self.error("an opcode that pickled arrays use", format!("{other:#04x}"))),
+        }
+    }
+
+    fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+        let field = format!("pickle byte {}", self.opcode_at);
+        Place { file: self.file, field: &field }.error(expected, found)
+    }
+
+    // Reading.
+
+    fn take(&mut self, length: u64) -> Result<&'a [u8], ReadError> {
+        let rest = &self.bytes[self.at..];
+        match usize::try_from(length).ok().and_then(|length| rest.get(..length)) {
+            Some(taken) => {
+                self.at += taken.len();
+                Ok(taken)
+            }
+            None => Err(self.error(format!("{length} more bytes"), format!("{} before the end", rest.len()))),
+        }
+    }
+
+    fn take_word<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
+        let mut word = [0; N];
+        word.copy_from_slice(self.take(N as u64)?);
+        Ok(word)
+    }
+
+    /// A little-endian number of `N` bytes, at most eight.
+    fn take_number<const N: usize>(&mut self) -> Result<u64, ReadError> {
+        let word: [u8; N] = self.take_word()?;
+        Ok(word.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
+    }
+
+    fn take_raw_line(&mut self) -> Result<&'a [u8], ReadError> {
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&byte| byte == b'\n');
+        let length = length.ok_or_else(|| self.error("a line", "no line end"))?;
+        self.at += length + 1;
+        Ok(&rest[..length])
+    }
+
+    fn take_line(&mut self) -> Result<&'a str, ReadError> {
+        let line = self.take_raw_line()?;
+        let line = std::str::from_utf8(line).map_err(|_| self.error("text in UTF-8", "other bytes"))?;
+        Ok(line.trim_end_matches('\r'))
+    }
+
+    // The stack.
+
+    fn push(&mut self, node: Node<'a>) -> Result<(), ReadError> {
+        if self.nodes.len() == NODE_LIMIT {
+            return Err(self.error(format!("at most {NODE_LIMIT} values"), "more"));
+        }
+        self.stack.push(self.nodes.len());
+        self.nodes.push(node);
+        Ok(())
+    }
+
+    /// Height below which nothing may be popped.
+    fn floor(&self) -> usize {
+        self.marks.last().copied().unwrap_or(0)
+    }
+
+    fn pop_many(&mut self, count: usize) -> Result<Vec<NodeId>, ReadError> {
+        match self.stack.len().checked_sub(count).filter(|&start| start >= self.floor()) {
+            Some(start) => Ok(self.stack.split_off(start)),
+            None => Err(self.error(format!("{count} values on the stack"), "fewer")),
+        }
+    }
+
+    fn pop(&mut self) -> Result<NodeId, ReadError> {
+        Ok(self.pop_many(1)?[0])
+    }
+
+    fn pop_to_mark(&mut self) -> Result<Vec<NodeId>, ReadError> {
+        match self.marks.pop() {
+            Some(start) => Ok(self.stack.split_off(start)),
+            None => Err(self.error("a mark on the stack", "none")),
+        }
+    }
+
+    fn top(&self) -> Result<NodeId, ReadError> {
+        match self.stack[self.floor()..].last() {
+            Some(&top) => Ok(top),
+            None => Err(self.error("a value on the stack", "none")),
+        }
+    }
+
+    fn remember(&mut self, key: u64) -> Result<(), ReadError> {
+        let top = self.top()?;
+        self.memo.insert(key, top);
+        Ok(())
+    }
+
+    fn recall(&mut self, key: u64) -> Result<(), ReadError> {
+        match self.memo.get(&key) {
+            Some(&id) => {
+                self.stack.push(id);
+                Ok(())
+            }
+            None => Err(self.error("a value stored before", format!("nothing under {key}"))),
+        }
+    }
+
+    // Values.
+
+    fn protocol(&mut self) -> Result<(), ReadError> {
+        match self.take_word()? {
+            [0..=5] => Ok(()),
+            [version] => Err(self.error("pickle protocol 0 to 5", format!("protocol {version}"))),
+        }
+    }
+
+    fn binary_long<const N: usize>(&mut self) -> Result<(), ReadError> {
+        let length = self.take_number::<N>()?;
+        let bytes = self.take(length)?;
+        if bytes.len() > 16 {
+            return Err(self.error("an integer of at most 16 bytes", format!("{length} bytes")));
+        }
+        let negative = bytes.last().is_some_and(|&byte| byte >= 0x80);
+        let mut word = [if negative { 0xff } else { 0 }; 16];
+        word[..bytes.len()].copy_from_slice(bytes);
+        self.push(Node::Integer(i128::from_le_bytes(word)))
+    }
+
+    /// INT and LONG: decimal digits, an L after a long one; `00` and `01` are protocol 0's truth values.
+    fn decimal_integer(&mut self) -> Result<(), ReadError> {
+        let text = self.take_line()?;
+        match text {
+            "00" => return self.push(Node::Bool(false)),
+            "01" => return self.push(Node::Bool(true)),
+            _ => {}
+        }
+        let number = text.strip_suffix('L').unwrap_or(text).parse();
+        let number = number.map_err(|_| self.error("a whole number", format!("{text:?}")))?;
+        self.push(Node::Integer(number))
+    }
+
+    fn decimal_key(&mut self) -> Result<u64, ReadError> {
+        let text = self.take_line()?;
+        text.parse().map_err(|_| self.error("a whole number", format!("{text:?}")))
+    }
+
+    fn binary_bytes<const N: usize>(&mut self) -> Result<(), ReadError> {
+        let length = self.take_number::<N>()?;
+        let bytes = self.take(length)?;
+        self.push(Node::Bytes(Cow::Borrowed(bytes)))
+    }
+
+    fn binary_text<const N: usize>(&mut self) -> Result<(), ReadError> {
+        let length = self.take_number::<N>()?;
+        let bytes = self.take(length)?;
+        let text = std::str::from_utf8(bytes).map_err(|_| self.error("text in UTF-8", "other bytes"))?;
+        self.push(Node::Text(Cow::Borrowed(text)))
+    }
+
+    /// STRING: Python 2's byte string as a quoted literal.
+    fn quoted_bytes(&mut self) -> Result<(), ReadError> {
+        let line = self.take_raw_line()?.trim_ascii_end();
+        let inside = match line {
+            [b'\'', inside @ .., b'\''] | [b'"', inside @ .., b'"'] => inside,
+            _ => return Err(self.error("a quoted string", "no quotes")),
+        };
+        let mut bytes = Vec::with_capacity(inside.len());
+        let mut rest = inside;
+        while let [first, after @ ..] = rest {
+            let (byte, after) = match (first, after) {
+                (b'\\', [b'x', high, low, after @ ..]) => (hexadecimal(&[*high, *low]), after),
+                (b'\\', [escaped, after @ ..]) => (simple_escape(*escaped), after),
+                (b'\\', []) => (None, after),
+                (&byte, after) => (Some(u32::from(byte)), after),
+            };
+            let byte = byte.ok_or_else(|| self.error("a Python string literal", "an unknown escape"))?;
+            bytes.push(byte as u8);
+            rest = after;
+        }
+        self.push(Node::Bytes(Cow::Owned(bytes)))
+    }
+
+    /// UNICODE: Latin-1 with `\uXXXX` and `\UXXXXXXXX`.
+    fn escaped_text(&mut self) -> Result<(), ReadError> {
+        let mut rest = self.take_raw_line()?;
+        let mut text = String::with_capacity(rest.len());
+        while let [first, after @ ..] = rest {
+            let (code, after) = match (first, after) {
+                (b'\\', [b'u', after @ ..]) if after.len() >= 4 => (hexadecimal(&after[..4]), &after[4..]),
+                (b'\\', [b'U', after @ ..]) if after.len() >= 8 => (hexadecimal(&after[..8]), &after[8..]),
+                (&byte, after) => (Some(u32::from(byte)), after),
+            };
+            let character = code.and_then(char::from_u32);
+            text.push(character.ok_or_else(|| self.error("a unicode escape", "no character"))?);
+            rest = after;
+        }
+        self.push(Node::Text(Cow::Owned(text)))
+    }
+
+    fn append(&mut self, items: Vec<NodeId>) -> Result<(), ReadError> {
+        let target = self.top()?;
+        match &mut self.nodes[target] {
+            Node::Sequence(sequence) => {
+                sequence.extend(items);
+                Ok(())
+            }
+            other => {
+                let found = other.description();
+                Err(self.error("a list to append to", found))
+            }
+        }
+    }
+
+    fn pairs(&self, items: Vec<NodeId>) -> Result<Vec<(NodeId, NodeId)>, ReadError> {
+        match items.as_chunks() {
+            (pairs, []) => Ok(pairs.iter().map(|&[key, value]| (key, value)).collect()),
+            _ => Err(self.error("a value for each key", format!("{} values in all", items.len()))),
+        }
+    }
+
+    fn set_items(&mut self, items: Vec<NodeId>) -> Result<(), ReadError> {
+        let pairs = self.pairs(items)?;
+        let target = self.top()?;
+        match &mut self.nodes[target] {
+            Node::Dictionary(items) | Node::Object { items, .. } => {
+                items.extend(pairs);
+                Ok(())
+            }
+            other => {
+                let found = other.description();
+                Err(self.error("a dictionary to add to", found))
+            }
+        }
+    }
+
+    // Objects.
+
+    fn class(&mut self, module: &str, name: &str) -> Result<(), ReadError> {
+        match Class::named(module, name) {
+            Some(class) => self.push(Node::Class(class)),
+            None => Err(self.error(
+                "only classes that carry arrays (numpy, scipy.sparse, chumpy)",
+                format!("the class {module}.{name}"),
+            )),
+        }
+    }
+
+    fn stack_class(&mut self) -> Result<(), ReadError> {
+        let ids = self.pop_many(2)?;
+        match (self.nodes[ids[0]].as_text(), self.nodes[ids[1]].as_text()) {
+            (Some(module), Some(name)) => {
+                let (module, name) = (module.into_owned(), name.into_owned());
+                self.class(&module, &name)
+            }
+            _ => Err(self.error("a module's and a class's name", "other values")),
+        }
+    }
+
+    fn call(&mut self) -> Result<(), ReadError> {
+        let ids = self.pop_many(2)?;
+        match (&self.nodes[ids[0]], &self.nodes[ids[1]]) {
+            (&Node::Class(class), Node::Sequence(arguments)) => {
+                // A call takes two bytes and its arguments may be long and shared: an honest one has few.
+                if arguments.len() > 8 {
+                    return Err(self.error("at most 8 arguments", format!("{}", arguments.len())));
+                }
+                let arguments = arguments.clone();
+                self.push(Node::Object { class, arguments, state: None, items: Vec::new() })
+            }
+            (callable, _) => Err(self.error("a class and its arguments", callable.description())),
+        }
+    }
+
+    fn build(&mut self) -> Result<(), ReadError> {
+        let new_state = self.pop()?;
+        let target = self.top()?;
+        match &mut self.nodes[target] {
+            Node::Object { state, .. } => {
+                *state = Some(new_state);
+                Ok(())
+            }
+            other => {
+                let found = other.description();
+                Err(self.error("an object to give its state to", found))
+            }
+        }
+    }
+}
+
+fn hexadecimal(digits: &[u8]) -> Option<u32> {
+    digits.iter().try_fold(0u32, |number, &digit| Some(number << 4 | char::from(digit).to_digit(16)?))
+}
+
+fn simple_escape(escaped: u8) -> Option<u32> {
+    let byte = match escaped {
+        b'\\' | b'\'' | b'"' => escaped,
+        b'n' => b'\n',
+        b'r' => b'\r',
+        b't' => b'\t',
+        b'0' => 0,
+        _ => return None,
+    };
+    Some(u32::from(byte))
+}

@@ -1,0 +1,117 @@
+//! Pickles that carry arrays, as numpy 1 and 2, scipy.sparse and chumpy write them (protocols 0 to 5).
+//!
+//! Nothing is executed and nothing is constructed: [`machine`] turns the opcodes into a graph of [`Node`]s, in which a
+//! call is only noted down, and refuses every class outside the list in [`class`]; [`arrays`] then recognises arrays
+//! in that graph, when one is asked for.
+
+mod arrays;
+mod class;
+mod machine;
+
+use super::{Array, Place, ReadError};
+use class::Class;
+use std::borrow::Cow;
+
+/// Index into [`Pickle::nodes`].
+type NodeId = usize;
+
+/// A Python value. Values refer to each other by index, so a pickle that refers to itself does no harm.
+#[derive(Debug)]
+enum Node<'a> {
+    None,
+    Bool(bool),
+    Integer(i128),
+    Float(f64),
+    Bytes(Cow<'a, [u8]>),
+    Text(Cow<'a, str>),
+    /// List, tuple or set.
+    Sequence(Vec<NodeId>),
+    Dictionary(Vec<(NodeId, NodeId)>),
+    Class(Class),
+    /// What a call would have returned.
+    Object {
+        class: Class,
+        arguments: Vec<NodeId>,
+        state: Option<NodeId>,
+        items: Vec<(NodeId, NodeId)>,
+    },
+}
+
+/// A pickled dictionary.
+pub(super) struct Pickle<'a> {
+    file: String,
+    nodes: Vec<Node<'a>>,
+    /// Keys and values of the outermost dictionary.
+    entries: Vec<(String, NodeId)>,
+}
+
+impl<'a> Pickle<'a> {
+    pub(super) fn open(bytes: &'a [u8], file: &str) -> Result<Self, ReadError> {
+        let (nodes, root) = machine::run(bytes, file)?;
+        let items = match &nodes[root] {
+            Node::Dictionary(items) | Node::Object { class: Class::Dictionary, items, .. } => items,
+            other => {
+                let place = Place { file, field: "pickle" };
+                return Err(place.error("a dictionary of arrays", other.description()));
+            }
+        };
+        let entries =
+            items.iter().filter_map(|&(key, value)| Some((nodes[key].as_text()?.into_owned(), value))).collect();
+        Ok(Self { file: file.to_owned(), entries, nodes })
+    }
+
+    pub(super) fn names(&self) -> Vec<String> {
+        self.entries.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Reads an array, if there is one of that name.
+    pub(super) fn array(&self, name: &str) -> Result<Option<Array>, ReadError> {
+        let place = Place { file: &self.file, field: name };
+        // As in Python, the last of equal keys counts.
+        let entry = self.entries.iter().rev().find(|(key, _)| key == name);
+        entry.map(|&(_, id)| arrays::Graph { nodes: &self.nodes, place }.array(id, 0)).transpose()
+    }
+}
+
+impl Node<'_> {
+    /// Text, or a Python 2 byte string as text.
+    fn as_text(&self) -> Option<Cow<'_, str>> {
+        match self {
+            Self::Text(text) => Some(Cow::Borrowed(text)),
+            Self::Bytes(bytes) => Some(Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect())),
+            _ => None,
+        }
+    }
+
+    fn as_integer(&self) -> Option<i64> {
+        match self {
+            Self::Bool(value) => Some(i64::from(*value)),
+            Self::Integer(value) => i64::try_from(*value).ok(),
+            _ => None,
+        }
+    }
+
+    fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Integer(value) => Some(*value as f64),
+            Self::Float(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// What it is, for errors.
+    fn description(&self) -> String {
+        match self {
+            Self::None => "None".to_owned(),
+            Self::Bool(value) => format!("the truth value {value}"),
+            Self::Integer(value) => format!("the number {value}"),
+            Self::Float(value) => format!("the number {value}"),
+            Self::Bytes(bytes) => format!("{} bytes", bytes.len()),
+            Self::Text(text) => format!("the text {:?}", text.chars().take(40).collect::<String>()),
+            Self::Sequence(items) => format!("a sequence of {}", items.len()),
+            Self::Dictionary(items) => format!("a dictionary of {}", items.len()),
+            Self::Class(class) => format!("the class {class:?}"),
+            Self::Object { class, .. } => format!("an object of {class:?}"),
+        }
+    }
+}

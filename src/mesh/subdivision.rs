@@ -106,11 +106,20 @@ impl Subdivision {
         }
     }
 
-    /// Transpose of the Loop refinement: `coarse = Pᵀ fine`, the restriction of the multigrid solver.
-    pub fn restrict_loop(&self, level: usize, fine: &[Vec3A], coarse: &mut [Vec3A]) {
-        self.refinements[level]
-            .stencils_transposed
-            .apply(fine, coarse);
+    /// Transpose of [`Self::refine`]: `coarse = Pᵀ fine`.
+    pub fn restrict(&self, scheme: Scheme, level: usize, fine: &[Vec3A], coarse: &mut [Vec3A]) {
+        let Refinement { edges, stencils_transposed, .. } = &self.refinements[level];
+        match scheme {
+            Scheme::Loop => stencils_transposed.apply(fine, coarse),
+            Scheme::Midpoint => {
+                let (old, new) = fine.split_at(coarse.len());
+                coarse.copy_from_slice(old);
+                for (&new, &[a, b]) in new.iter().zip(edges) {
+                    coarse[a as usize] += new * 0.5;
+                    coarse[b as usize] += new * 0.5;
+                }
+            }
+        }
     }
 
     /// Loop's stencils from `level` to `level + 1`, and their transpose.
@@ -320,13 +329,13 @@ mod tests {
 
     #[test]
     fn restriction_is_the_transpose_of_the_refinement() {
-        for mesh in [cube(), grid(3, 2)] {
+        for (mesh, scheme) in [(cube(), Scheme::Loop), (grid(3, 2), Scheme::Loop), (grid(3, 2), Scheme::Midpoint)] {
             let subdivision = Subdivision::new(mesh.positions.len(), &mesh.triangles, 2);
             let x = noise_vectors(subdivision.vertex_count(1), 5);
             let y = noise_vectors(subdivision.vertex_count(2), 900);
             let (mut refined, mut restricted) = (y.clone(), x.clone());
-            subdivision.refine(Scheme::Loop, 1, &x, &mut refined);
-            subdivision.restrict_loop(1, &y, &mut restricted);
+            subdivision.refine(scheme, 1, &x, &mut refined);
+            subdivision.restrict(scheme, 1, &y, &mut restricted);
             let left: f32 = refined.iter().zip(&y).map(|(a, b)| a.dot(*b)).sum();
             let right: f32 = x.iter().zip(&restricted).map(|(a, b)| a.dot(*b)).sum();
             assert!((left - right).abs() < 1e-4, "{left} against {right}");

@@ -1,0 +1,109 @@
+//! f_l in compact form: fit the finest mesh to every scan, take its operator Laplacian, regress it on the pose.
+//!
+//! δ must be what the reconstruction's own operator measures: then solving gives the fitted mesh back. Tables stand on a coarser level;
+//! δ there is the least-squares choice whose Loop refinement is closest to the finest level's.
+
+use super::frame_fit::PreparedScan;
+use super::least_squares::conjugate_gradients;
+use super::regions::weighted_regions;
+use super::regression::regress;
+use super::surface_fit::{fit_surface, refine_to_finest, restrict_from_finest};
+use crate::context::{LaplacianTrainer, Sample, TrainContext};
+use crease::animate::PosedSurface;
+use crease::avatar::Form;
+use crease::body::Pose;
+use crease::laplacian::{apply_topological, row_scales};
+use crease::mesh::{Adjacency, Scheme, mixed_voronoi_areas};
+use crease::network::{Scratch, SurfaceFunction};
+use glam::Vec3A;
+use rayon::prelude::*;
+
+/// Trains f_l by fits and regression.
+pub struct CompactLaplacian;
+
+impl LaplacianTrainer for CompactLaplacian {
+    fn train(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<SurfaceFunction> {
+        let options = &context.options.compact;
+        let level = options.laplacian_level as usize;
+        let bar = context.progress.bar("fitting the detail", context.samples.len());
+        let targets: Vec<Vec<Vec3A>> = context
+            .samples
+            .par_iter()
+            .map(|&sample| {
+                let target = operator_laplacian(context, deformation, sample, level);
+                bar.advance(1);
+                target
+            })
+            .collect::<anyhow::Result<_>>()?;
+        let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
+        let adjacency =
+            Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
+        // A region's border is as wide in metres on any level.
+        let blend_steps = options.laplacian.blend_steps << (2 * level);
+        let regions = weighted_regions(&context.domains[level].masks, &adjacency, blend_steps);
+        Ok(SurfaceFunction::Compact(regress(level, &regions, &poses, &targets, &options.laplacian)))
+    }
+}
+
+/// Canonical δ on the vertices of `level` for one training frame.
+fn operator_laplacian(
+    context: &TrainContext,
+    deformation: &SurfaceFunction,
+    sample: Sample,
+    level: usize,
+) -> anyhow::Result<Vec<Vec3A>> {
+    let options = &context.options;
+    let subdivision = &context.subdivision;
+    let finest = subdivision.level_count();
+    let pose = context.pose(sample);
+    let scan = PreparedScan::new(context, sample)?;
+    let mut offsets = vec![Vec3A::ZERO; context.rig.rest.len()];
+    deformation.evaluate(&context.domains[0], pose, &mut Scratch::default(), &mut offsets);
+    let mut surface = PosedSurface::new(subdivision);
+    surface.pose(&context.rig, &offsets, pose, subdivision, options.scheme);
+    let base = surface.finest().to_vec();
+    let fitted = fit_surface(
+        subdivision,
+        &context.finest_adjacency,
+        options.scheme,
+        finest,
+        &base,
+        &base,
+        &scan.oriented(),
+        &options.compact.detail_fit,
+    )?;
+
+    let mut areas = vec![0.0; base.len()];
+    mixed_voronoi_areas(&base, subdivision.triangles(finest), &mut areas);
+    let mut scales = vec![0.0; base.len()];
+    row_scales(&context.finest_adjacency, &areas, &mut scales);
+    let wanted = match options.form {
+        Form::Absolute => fitted,
+        Form::Relative => fitted.iter().zip(&base).map(|(&fitted, &base)| fitted - base).collect(),
+    };
+    let mut delta = vec![Vec3A::ZERO; base.len()];
+    apply_topological(&context.finest_adjacency, &wanted, &mut delta);
+    for (delta, scale) in delta.iter_mut().zip(&scales) {
+        *delta = (*delta / scale.max(1e-12)).clamp_length_max(options.compact.clamp);
+    }
+    let mut coarse = coarsen(context, level, &delta);
+    for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(subdivision, level)) {
+        *delta = rotation.inverse() * *delta;
+    }
+    Ok(coarse)
+}
+
+/// The field on `level` whose Loop refinement is closest to `field` on the finest level.
+fn coarsen(context: &TrainContext, level: usize, field: &[Vec3A]) -> Vec<Vec3A> {
+    let subdivision = &context.subdivision;
+    let b = restrict_from_finest(subdivision, Scheme::Loop, level, field.to_vec());
+    let ones = restrict_from_finest(subdivision, Scheme::Loop, level, vec![Vec3A::ONE; field.len()]);
+    let inverse_diagonal: Vec<f32> = ones.iter().map(|one| 1.0 / one.x).collect();
+    let mut coarse: Vec<Vec3A> = b.iter().zip(&inverse_diagonal).map(|(&b, &m)| b * m).collect();
+    let mut apply = |x: &[Vec3A], out: &mut [Vec3A]| {
+        let refined = refine_to_finest(subdivision, Scheme::Loop, level, x);
+        out.copy_from_slice(&restrict_from_finest(subdivision, Scheme::Loop, level, refined));
+    };
+    conjugate_gradients(&mut apply, &inverse_diagonal, &b, &mut coarse, 30, 1e-4);
+    coarse
+}

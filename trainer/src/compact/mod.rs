@@ -1,0 +1,71 @@
+//! Training in compact form: fits to every scan, closed-form regression on the pose, tables.
+
+mod deformation;
+mod frame_fit;
+mod laplacian;
+mod least_squares;
+mod regions;
+mod regression;
+mod surface_fit;
+
+pub use deformation::CompactDeformation;
+pub use laplacian::CompactLaplacian;
+pub use regression::RegressionOptions;
+pub use surface_fit::FitOptions;
+
+use serde::{Deserialize, Serialize};
+
+/// Settings of the compact form.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CompactOptions {
+    /// First fit of the base, from the naked body: far reach, heavy smoothing.
+    pub coarse_fit: FitOptions,
+    /// Second fit of the base, from the mean of the first: light smoothing.
+    pub base_fit: FitOptions,
+    /// Fit of the finest mesh to each scan, from the base.
+    pub detail_fit: FitOptions,
+    /// Pose regression of f_d.
+    pub deformation: RegressionOptions,
+    /// Pose regression of f_l.
+    pub laplacian: RegressionOptions,
+    /// Subdivision level on which f_l's tables stand.
+    pub laplacian_level: u32,
+    /// Longer operator Laplacians are shortened to this length, 1/m.
+    pub clamp: f32,
+}
+
+impl Default for CompactOptions {
+    fn default() -> Self {
+        let common = FitOptions {
+            smoothness: vec![],
+            reject_distance: vec![],
+            magnitude: 1e-3,
+            tangential: 0.1,
+            reject_cosine: 0.5,
+            iteration_count: 25,
+        };
+        let regression = RegressionOptions { basis_count: 32, kernel_length: 0.7, ridge: 0.015, blend_steps: 2 };
+        Self {
+            coarse_fit: FitOptions {
+                smoothness: vec![200.0, 60.0, 30.0, 20.0],
+                reject_distance: vec![0.15, 0.12, 0.10, 0.08],
+                ..common.clone()
+            },
+            base_fit: FitOptions {
+                smoothness: vec![20.0, 8.0, 3.0],
+                reject_distance: vec![0.08, 0.05, 0.05],
+                ..common.clone()
+            },
+            detail_fit: FitOptions {
+                smoothness: vec![8.0, 3.0, 2.0],
+                reject_distance: vec![0.05],
+                ..common
+            },
+            deformation: regression.clone(),
+            laplacian: regression,
+            laplacian_level: 1,
+            clamp: 600.0,
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Fitting a surface to a scan: closest points, robust weights, light smoothing of the offset from a reference.
+//!
+//! Unknown are the control vertices x of some subdivision level; the surface is x refined to the finest level. With y = x − reference,
+//! the energy is Σ w |r|²_n + λ Σ |L y|² + ε Σ |y|², where r is the gap from a scan point to its closest surface point and |·|_n
+//! counts the tangential part less. Where the scan says nothing the offset stays smooth, so holes keep the reference's shape.
+
+use super::least_squares::conjugate_gradients;
+use crate::closest::ClosestPoint;
+use crease::laplacian::{apply_topological, apply_topological_transposed};
+use crease::mesh::{Adjacency, Scheme, Subdivision, vertex_normals};
+use glam::Vec3A;
+use serde::{Deserialize, Serialize};
+
+/// Weights of the energy and the schedule of closest-point rounds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FitOptions {
+    /// λ of each round of closest points, falling.
+    pub smoothness: Vec<f32>,
+    /// ε.
+    pub magnitude: f32,
+    /// Weight of the tangential part of a gap.
+    pub tangential: f32,
+    /// Gaps beyond this are no correspondence, metres, for each round.
+    pub reject_distance: Vec<f32>,
+    /// Nor are normals further apart than this cosine.
+    pub reject_cosine: f32,
+    /// Conjugate-gradient steps in each round.
+    pub iteration_count: usize,
+}
+
+/// A scan with its normals (sign arbitrary).
+pub struct OrientedScan<'a> {
+    /// Points, metres.
+    pub points: &'a [Vec3A],
+    /// Unit normals up to sign.
+    pub normals: &'a [Vec3A],
+    /// μ of each point.
+    pub weights: &'a [f32],
+}
+
+struct Correspondence {
+    corners: [u32; 3],
+    barycentrics: [f32; 3],
+    target: Vec3A,
+    normal: Vec3A,
+    weight: f32,
+}
+
+/// Fits the vertices of `level`, whose refinement by `scheme` is the surface, to `scan`. Returns them.
+///
+/// `reference` and `start` are vertices of `level`, posed, metres; smoothness acts on the offset from `reference`.
+pub fn fit_surface(
+    subdivision: &Subdivision,
+    adjacency: &Adjacency,
+    scheme: Scheme,
+    level: usize,
+    reference: &[Vec3A],
+    start: &[Vec3A],
+    scan: &OrientedScan,
+    options: &FitOptions,
+) -> anyhow::Result<Vec<Vec3A>> {
+    let mut x = start.to_vec();
+    for (round, &smoothness) in options.smoothness.iter().enumerate() {
+        let surface = refine_to_finest(subdivision, scheme, level, &x);
+        let reject = options.reject_distance[round.min(options.reject_distance.len() - 1)];
+        let correspondences = correspond(subdivision, &surface, scan, reject, options)?;
+        solve_round(subdivision, adjacency, scheme, level, reference, &mut x, &correspondences, smoothness, options);
+    }
+    Ok(x)
+}
+
+/// Carries vertices of `level` to the finest level.
+pub fn refine_to_finest(subdivision: &Subdivision, scheme: Scheme, level: usize, x: &[Vec3A]) -> Vec<Vec3A> {
+    let mut current = x.to_vec();
+    for l in level..subdivision.level_count() {
+        let mut fine = vec![Vec3A::ZERO; subdivision.vertex_count(l + 1)];
+        subdivision.refine(scheme, l, &current, &mut fine);
+        current = fine;
+    }
+    current
+}
+
+/// Transpose of [`refine_to_finest`].
+pub fn restrict_from_finest(subdivision: &Subdivision, scheme: Scheme, level: usize, x: Vec<Vec3A>) -> Vec<Vec3A> {
+    let mut current = x;
+    for l in (level..subdivision.level_count()).rev() {
+        let mut coarse = vec![Vec3A::ZERO; subdivision.vertex_count(l)];
+        subdivision.restrict(scheme, l, &current, &mut coarse);
+        current = coarse;
+    }
+    current
+}
+
+fn correspond(
+    subdivision: &Subdivision,
+    surface: &[Vec3A],
+    scan: &OrientedScan,
+    reject_distance: f32,
+    options: &FitOptions,
+) -> anyhow::Result<Vec<Correspondence>> {
+    let triangles = subdivision.triangles(subdivision.level_count());
+    let mut normals = vec![Vec3A::ZERO; surface.len()];
+    vertex_normals(surface, triangles, &mut normals);
+    let closest = ClosestPoint::new(surface, triangles)?;
+    let hits = closest.query_all(scan.points);
+    let mut correspondences = Vec::with_capacity(scan.points.len());
+    for (i, hit) in hits.iter().enumerate() {
+        let corners = triangles[hit.triangle as usize];
+        let gap = scan.points[i] - hit.interpolate(triangles, surface);
+        let normal = hit.interpolate(triangles, &normals).normalize_or_zero();
+        if gap.length() > reject_distance || normal.dot(scan.normals[i]).abs() < options.reject_cosine {
+            continue;
+        }
+        // Geman-McClure: a gap near the rejection distance hardly pulls.
+        let ratio = gap.length_squared() / (reject_distance * reject_distance);
+        correspondences.push(Correspondence {
+            corners,
+            barycentrics: hit.barycentric,
+            target: scan.points[i],
+            normal,
+            weight: scan.weights[i] / (1.0 + ratio).powi(2),
+        });
+    }
+    Ok(correspondences)
+}
+
+fn solve_round(
+    subdivision: &Subdivision,
+    adjacency: &Adjacency,
+    scheme: Scheme,
+    level: usize,
+    reference: &[Vec3A],
+    x: &mut [Vec3A],
+    correspondences: &[Correspondence],
+    smoothness: f32,
+    options: &FitOptions,
+) {
+    let n = x.len();
+    let finest_count = subdivision.vertex_count(subdivision.level_count());
+    let weigh = |c: &Correspondence, gap: Vec3A| -> Vec3A {
+        let along = c.normal.dot(gap) * c.normal;
+        c.weight * (along + options.tangential * (gap - along))
+    };
+    let mut smoothed = vec![Vec3A::ZERO; n];
+    let mut smoothed_twice = vec![Vec3A::ZERO; n];
+    let mut apply = |y: &[Vec3A], out: &mut [Vec3A]| {
+        let surface = refine_to_finest(subdivision, scheme, level, y);
+        let mut pull = vec![Vec3A::ZERO; finest_count];
+        for c in correspondences {
+            let value: Vec3A = (0..3).map(|i| surface[c.corners[i] as usize] * c.barycentrics[i]).sum();
+            let force = weigh(c, value);
+            for i in 0..3 {
+                pull[c.corners[i] as usize] += force * c.barycentrics[i];
+            }
+        }
+        out.copy_from_slice(&restrict_from_finest(subdivision, scheme, level, pull));
+        apply_topological(adjacency, y, &mut smoothed);
+        apply_topological_transposed(adjacency, &smoothed, &mut smoothed_twice);
+        for i in 0..n {
+            out[i] += smoothness * smoothed_twice[i] + options.magnitude * y[i];
+        }
+    };
+
+    let reference_surface = refine_to_finest(subdivision, scheme, level, reference);
+    let mut pull = vec![Vec3A::ZERO; finest_count];
+    let mut diagonal = vec![Vec3A::ZERO; finest_count];
+    for c in correspondences {
+        let value: Vec3A = (0..3).map(|i| reference_surface[c.corners[i] as usize] * c.barycentrics[i]).sum();
+        let force = weigh(c, c.target - value);
+        for i in 0..3 {
+            pull[c.corners[i] as usize] += force * c.barycentrics[i];
+            diagonal[c.corners[i] as usize] += Vec3A::splat(c.weight * c.barycentrics[i]);
+        }
+    }
+    let b = restrict_from_finest(subdivision, scheme, level, pull);
+    let inverse_diagonal: Vec<f32> = restrict_from_finest(subdivision, scheme, level, diagonal)
+        .iter()
+        .map(|d| 1.0 / (d.x + 1.3 * smoothness + options.magnitude))
+        .collect();
+    let mut y: Vec<Vec3A> = x.iter().zip(reference).map(|(&x, &r)| x - r).collect();
+    conjugate_gradients(&mut apply, &inverse_diagonal, &b, &mut y, options.iteration_count, 1e-3);
+    for i in 0..n {
+        x[i] = reference[i] + y[i];
+    }
+}

@@ -37,6 +37,9 @@ pub struct Solver {
     product: Vec<Vec3A>,
 }
 
+/// How much of the error one iteration is trusted to leave at best.
+const BEST_CONTRACTION: f32 = 0.25;
+
 /// Iterations after which a solve to a tolerance gives up and returns what it has.
 const ITERATION_LIMIT: u32 = 60;
 
@@ -90,22 +93,26 @@ impl Solver {
         } = self;
         operator.right_side(r, residual);
         operator.subtract_product(d, residual);
-        let mut energy = Vec3A::ZERO;
         let limit = match stop {
             Stop::Iterations(count) => count,
             Stop::Tolerance(_) => ITERATION_LIMIT,
         };
+        let mut energy = Vec3A::ZERO;
+        let mut last_largest = f32::INFINITY;
         for iteration in 0..limit {
             preconditioner.apply(residual, preconditioned);
-            if let Stop::Tolerance(tolerance) = stop {
-                let largest = preconditioned
-                    .iter()
-                    .fold(0.0f32, |largest, z| largest.max(z.length_squared()))
-                    .sqrt();
-                if 2.0 * largest <= tolerance {
-                    return iteration;
+            let largest = preconditioned
+                .iter()
+                .fold(0.0f32, |largest, z| largest.max(z.length_squared()))
+                .sqrt();
+            let is_enough = match stop {
+                Stop::Iterations(_) => iteration + 1 == limit,
+                // The preconditioned residual is nearly the error, and this iteration still lowers it, about as the last one did.
+                Stop::Tolerance(tolerance) => {
+                    largest * (largest / last_largest).clamp(BEST_CONTRACTION, 1.0) <= tolerance
                 }
-            }
+            };
+            last_largest = largest;
             let next_energy = dot(residual, preconditioned);
             let ratio = divide(next_energy, energy);
             energy = next_energy;
@@ -119,9 +126,14 @@ impl Solver {
             product.fill(Vec3A::ZERO);
             operator.subtract_product(direction, product);
             let length = divide(energy, -dot(direction, product));
-            for k in 0..d.len() {
-                d[k] += direction[k] * length;
-                residual[k] += product[k] * length;
+            for (d, direction) in d.iter_mut().zip(&*direction) {
+                *d += *direction * length;
+            }
+            if is_enough {
+                return iteration + 1;
+            }
+            for (residual, product) in residual.iter_mut().zip(&*product) {
+                *residual += *product * length;
             }
         }
         limit
@@ -142,3 +154,8 @@ fn divide(a: Vec3A, b: Vec3A) -> Vec3A {
         Vec3A::ZERO,
     )
 }
+
+#[cfg(all(test, feature = "factor"))]
+mod factor_tests;
+#[cfg(all(test, feature = "factor"))]
+mod tests;

@@ -59,7 +59,7 @@ impl Solver {
         let rows = galerkin::least_squares_rows(subdivision, anchors, anchor_weight);
         let coarsest = DirectSolver::new(&galerkin::gram(&rows[0]), &factor)?;
         let adjacency = Adjacency::new(vertex_count, subdivision.triangles(finest));
-        let operator = NormalOperator::new(adjacency, anchors, anchor_weight);
+        let operator = NormalOperator::new(&adjacency, anchors, anchor_weight);
         let level = |level: usize| {
             let operator = if level == finest {
                 Operator::Normal(operator.clone())
@@ -92,7 +92,9 @@ impl Solver {
             product,
         } = self;
         operator.right_side(r, residual);
-        operator.subtract_product(d, residual);
+        if d.iter().any(|d| *d != Vec3A::ZERO) {
+            operator.subtract_product(d, residual);
+        }
         let limit = match stop {
             Stop::Iterations(count) => count,
             Stop::Tolerance(_) => ITERATION_LIMIT,

@@ -89,8 +89,8 @@ impl Level {
         }
     }
 
-    /// Two Chebyshev steps on A x = residual: adds to `correction`, lowers `residual`, the latter only after the first step when
-    /// `is_last`.
+    /// Two Chebyshev steps on A x = residual: adds to `correction` and lowers `residual`. When nobody needs the residual any more
+    /// (`is_last`), its second update is left out.
     fn smooth(&mut self, is_last: bool) {
         let (upper, lower) = (
             self.largest_eigenvalue,
@@ -99,16 +99,34 @@ impl Level {
         let (centre, half_width) = (0.5 * (upper + lower), 0.5 * (upper - lower));
         let sigma = centre / half_width;
         let rho = 1.0 / (2.0 * sigma - 1.0 / sigma);
-        for k in 0..self.step.len() {
-            self.step[k] = self.residual[k] * (self.reciprocal_diagonal[k] / centre);
-            self.correction[k] += self.step[k];
+        let Self {
+            operator,
+            reciprocal_diagonal,
+            residual,
+            correction,
+            step,
+            ..
+        } = self;
+        let first = centre.recip();
+        for (((step, correction), residual), reciprocal) in step
+            .iter_mut()
+            .zip(&mut *correction)
+            .zip(&*residual)
+            .zip(&*reciprocal_diagonal)
+        {
+            *step = *residual * (reciprocal * first);
+            *correction += *step;
         }
-        self.operator
-            .subtract_product(&self.step, &mut self.residual);
-        for k in 0..self.step.len() {
-            self.step[k] = self.step[k] * (rho / sigma)
-                + self.residual[k] * (2.0 * rho / half_width * self.reciprocal_diagonal[k]);
-            self.correction[k] += self.step[k];
+        operator.subtract_product(step, residual);
+        let (kept, second) = (rho / sigma, 2.0 * rho / half_width);
+        for (((step, correction), residual), reciprocal) in step
+            .iter_mut()
+            .zip(&mut *correction)
+            .zip(&*residual)
+            .zip(&*reciprocal_diagonal)
+        {
+            *step = *step * kept + *residual * (reciprocal * second);
+            *correction += *step;
         }
         if !is_last {
             self.operator

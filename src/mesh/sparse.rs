@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul};
 
 /// A sparse matrix; columns ascend within a row. Every row of a matrix that is applied has an entry.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct SparseMatrix {
     /// `offsets[i]..offsets[i + 1]` is row i of `columns` and `values`.
     pub offsets: Vec<u32>,

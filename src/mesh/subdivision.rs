@@ -122,10 +122,9 @@ impl Subdivision {
         }
     }
 
-    /// Loop's stencils from `level` to `level + 1`, and their transpose.
-    pub(crate) fn loop_stencils(&self, level: usize) -> [&SparseMatrix; 2] {
-        let refinement = &self.refinements[level];
-        [&refinement.stencils, &refinement.stencils_transposed]
+    /// Loop's stencils from `level` to `level + 1`: fine × coarse.
+    pub(crate) fn loop_stencils(&self, level: usize) -> &SparseMatrix {
+        &self.refinements[level].stencils
     }
 }
 

@@ -56,11 +56,10 @@ impl CoarseFactor {
     /// Orders and factors. `anchors` are vertices of the finest level.
     #[cfg(feature = "factor")]
     pub fn new(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> Self {
-        let rows = galerkin::least_squares_rows(subdivision, anchors, anchor_weight);
-        let matrix = galerkin::gram(&rows[0]);
-        let (permutation, step_of) = minimum_degree_order(&matrix);
-        let pattern = triangular::FactorPattern::new(&matrix, &permutation, &step_of);
-        let (values, diagonal) = numeric_factor(&matrix, &permutation, &step_of, &pattern);
+        let matrix = &galerkin::operators(subdivision, anchors, anchor_weight)[0];
+        let (permutation, step_of) = minimum_degree_order(matrix);
+        let pattern = triangular::FactorPattern::new(matrix, &permutation, &step_of);
+        let (values, diagonal) = numeric_factor(matrix, &permutation, &step_of, &pattern);
         Self {
             permutation,
             diagonal: diagonal.iter().map(|&d| d as f32).collect(),

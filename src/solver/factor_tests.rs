@@ -2,6 +2,7 @@
 
 use super::triangular::{DirectSolver, FactorPattern, inverse_permutation};
 use super::*;
+use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::test_meshes::{icosphere, noise_vectors};
 use half::f16;
 
@@ -14,9 +15,13 @@ fn example() -> (Subdivision, CoarseFactor) {
     (subdivision, factor)
 }
 
+fn coarsest_matrix(subdivision: &Subdivision) -> SparseMatrix {
+    galerkin::operators(subdivision, &ANCHORS, 1.0).swap_remove(0)
+}
+
 /// The Galerkin operator of level 0, dense and in double precision.
 fn dense_matrix(subdivision: &Subdivision) -> Vec<Vec<f64>> {
-    let matrix = galerkin::gram(&galerkin::least_squares_rows(subdivision, &ANCHORS, 1.0)[0]);
+    let matrix = coarsest_matrix(subdivision);
     let mut dense = vec![vec![0.0; 42]; 42];
     for (i, dense) in dense.iter_mut().enumerate() {
         matrix
@@ -40,7 +45,7 @@ fn factor_is_the_dense_factor_of_the_permuted_matrix_rounded() {
                 / d[j];
         }
     }
-    let matrix = galerkin::gram(&galerkin::least_squares_rows(&subdivision, &ANCHORS, 1.0)[0]);
+    let matrix = coarsest_matrix(&subdivision);
     let step_of = inverse_permutation(&factor.permutation).unwrap();
     let pattern = FactorPattern::new(&matrix, &factor.permutation, &step_of);
     for j in 0..42 {
@@ -67,7 +72,7 @@ fn factor_is_the_dense_factor_of_the_permuted_matrix_rounded() {
 #[test]
 fn direct_solve_inverts_up_to_half_precision() {
     let (subdivision, factor) = example();
-    let matrix = galerkin::gram(&galerkin::least_squares_rows(&subdivision, &ANCHORS, 1.0)[0]);
+    let matrix = coarsest_matrix(&subdivision);
     let x = noise_vectors(42, 4);
     let (mut b, mut solved) = (x.clone(), x.clone());
     matrix.apply(&x, &mut b);

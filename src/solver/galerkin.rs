@@ -1,30 +1,34 @@
-//! The least-squares matrix of the reconstruction, on the finest level and carried to the coarser ones.
+//! The Galerkin operators: the reconstruction's matrix carried to the coarser levels.
 
 use crate::laplacian::reciprocal_valences;
 use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
 
-/// For each level, coarsest first, M with A = MᵀM: on the finest level the rows of L above √w_a times the rows of the anchors, on the
-/// coarser ones that times the Loop stencils, so that A is the Galerkin operator there.
-pub(super) fn least_squares_rows(
+/// The matrix of each level below the finest, coarsest first, and of the finest where it is the only one.
+///
+/// On the finest level A = MᵀM with M the rows of L above √w_a times the rows of the anchors; a coarser level has PᵀAP with P the Loop
+/// stencils. A's own pattern is the two-ring, too large to assemble when MP gives the next matrix at once.
+pub(super) fn operators(
     subdivision: &Subdivision,
     anchors: &[u32],
     anchor_weight: f32,
 ) -> Vec<SparseMatrix> {
-    let finest = subdivision.level_count();
-    let mut rows = finest_rows(subdivision, anchors, anchor_weight);
-    let mut levels = Vec::with_capacity(finest + 1);
-    for level in (0..finest).rev() {
-        let coarser = rows.times(subdivision.loop_stencils(level)[0]);
-        levels.push(std::mem::replace(&mut rows, coarser));
+    let rows = finest_rows(subdivision, anchors, anchor_weight);
+    let Some(below_finest) = subdivision.level_count().checked_sub(1) else {
+        return vec![gram(&rows)];
+    };
+    let mut operators = vec![gram(&rows.times(subdivision.loop_stencils(below_finest)))];
+    for level in (0..below_finest).rev() {
+        let stencils = subdivision.loop_stencils(level);
+        let finer = &operators[operators.len() - 1];
+        operators.push(stencils.transposed().times(&finer.times(stencils)));
     }
-    levels.push(rows);
-    levels.reverse();
-    levels
+    operators.reverse();
+    operators
 }
 
 /// MᵀM.
-pub(super) fn gram(rows: &SparseMatrix) -> SparseMatrix {
+fn gram(rows: &SparseMatrix) -> SparseMatrix {
     rows.transposed().times(rows)
 }
 

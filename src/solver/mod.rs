@@ -56,20 +56,18 @@ impl Solver {
     ) -> Result<Self, FactorError> {
         let finest = subdivision.level_count();
         let vertex_count = subdivision.vertex_count(finest);
-        let rows = galerkin::least_squares_rows(subdivision, anchors, anchor_weight);
-        let coarsest = DirectSolver::new(&galerkin::gram(&rows[0]), &factor)?;
+        let mut matrices = galerkin::operators(subdivision, anchors, anchor_weight);
+        let coarsest = DirectSolver::new(&matrices[0], &factor)?;
         let adjacency = Adjacency::new(vertex_count, subdivision.triangles(finest));
         let operator = NormalOperator::new(&adjacency, anchors, anchor_weight);
-        let level = |level: usize| {
-            let operator = if level == finest {
-                Operator::Normal(operator.clone())
-            } else {
-                Operator::Assembled(galerkin::gram(&rows[level]))
+        let mut level = |level: usize| {
+            let operator = match matrices.get_mut(level) {
+                Some(matrix) => Operator::Assembled(std::mem::take(matrix)),
+                None => Operator::Normal(operator.clone()),
             };
-            let [prolongation, restriction] = subdivision.loop_stencils(level - 1);
-            Level::new(operator, prolongation.clone(), restriction.clone())
+            Level::new(operator, subdivision.loop_stencils(level - 1).clone())
         };
-        let levels = (1..=finest).rev().map(level).collect();
+        let levels = (1..=finest).rev().map(&mut level).collect();
         let zeros = vec![Vec3A::ZERO; vertex_count];
         Ok(Self {
             operator,

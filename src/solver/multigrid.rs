@@ -68,11 +68,7 @@ pub(super) struct Level {
 const SMOOTHED_SHARE: f32 = 0.1;
 
 impl Level {
-    pub fn new(
-        mut operator: Operator,
-        prolongation: SparseMatrix,
-        restriction: SparseMatrix,
-    ) -> Self {
+    pub fn new(mut operator: Operator, prolongation: SparseMatrix) -> Self {
         let count = prolongation.row_count();
         let reciprocal_diagonal: Vec<f32> = operator.diagonal().iter().map(|d| d.recip()).collect();
         let largest_eigenvalue = largest_eigenvalue(&mut operator, &reciprocal_diagonal);
@@ -81,8 +77,8 @@ impl Level {
             operator,
             reciprocal_diagonal,
             largest_eigenvalue,
+            restriction: prolongation.transposed(),
             prolongation,
-            restriction,
             residual: zeros.clone(),
             correction: zeros.clone(),
             step: zeros,

@@ -42,11 +42,6 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// Whether there is a field of that name.
-    pub fn contains(&self, name: &str) -> bool {
-        self.names().iter().any(|other| other == name)
-    }
-
     /// Reads a field that may be missing.
     pub fn optional(&mut self, name: &str) -> Result<Option<Field>, ReadError> {
         let array = match &mut self.kind {
@@ -82,6 +77,11 @@ impl Field {
     /// An error about this field.
     pub fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         Place { file: &self.file, field: &self.name }.error(expected, found)
+    }
+
+    /// The array itself.
+    pub fn array(&self) -> &Array {
+        &self.array
     }
 
     /// The name.

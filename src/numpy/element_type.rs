@@ -3,6 +3,9 @@
 use super::{Array, DIMENSION_LIMIT, ELEMENT_LIMIT, Elements, Place, ReadError};
 use half::f16;
 
+/// Texts that one array may have: each takes memory of its own, even an empty one.
+const TEXT_LIMIT: usize = 1 << 16;
+
 /// How one element is laid out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ElementType {
@@ -24,8 +27,12 @@ enum Kind {
 impl ElementType {
     /// From numpy's name: byte order (`<`, `>`, `=`, `|`, or none for little endian), kind, size.
     pub(super) fn parse(name: &str, place: Place) -> Result<Self, ReadError> {
-        Self::from_name(name)
-            .ok_or_else(|| place.error("elements of type f2, f4, f8, i1-i8, u1-u8, b1, S or U", format!("{name:?}")))
+        Self::from_name(name).ok_or_else(|| {
+            place.error(
+                "elements of type f2, f4, f8, i1-i8, u1-u8, b1, S or U",
+                format!("{:?}", name.chars().take(40).collect::<String>()),
+            )
+        })
     }
 
     fn from_name(name: &str) -> Option<Self> {
@@ -51,7 +58,10 @@ impl ElementType {
 
     /// How many elements a shape has; an error beyond the limits.
     fn element_count(&self, shape: &[usize], place: Place) -> Result<usize, ReadError> {
-        let limit = if self.byte_count == 0 { 1 << 12 } else { ELEMENT_LIMIT };
+        let limit = match self.kind {
+            Kind::ByteText | Kind::UnicodeText => TEXT_LIMIT,
+            _ => ELEMENT_LIMIT,
+        };
         (shape.len() <= DIMENSION_LIMIT)
             .then(|| shape.iter().try_fold(1usize, |count, &length| count.checked_mul(length)))
             .flatten()

@@ -125,6 +125,18 @@ fn values_that_are_no_arrays_are_errors() {
 }
 
 #[test]
+fn small_pickles_do_not_stand_for_huge_values() {
+    // One long text, shared 100 000 times: as keys, and as a list.
+    let shared = |start: &[u8], repeated: &[u8], end: &[u8]| {
+        let text = [b"X\x00\x00\x01\x00".as_slice(), &[b'x'; 1 << 16], b"q\x000"].concat();
+        [b"\x80\x02", text.as_slice(), start, &repeated.repeat(100_000), end].concat()
+    };
+    assert_eq!(open_error(&shared(b"}(", b"h\x00N", b"u.")).found, "100000");
+    let error = field_error(&shared(b"}U\x01a](", b"h\x00", b"es."));
+    assert_eq!(error.found, "the text \"xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx\"");
+}
+
+#[test]
 fn sparse_matrices_are_checked() {
     let sparse = |shape: &[u8], indices: &[u8], starts: &[u8]| {
         let mut bytes = b"\x80\x02}U\x01acscipy.sparse.csr\ncsr_matrix\n)\x81}(U\x06_shape".to_vec();

@@ -1,7 +1,7 @@
 //! Recognises arrays in the graph of a pickle.
 
 use super::class::Class;
-use super::{Node, NodeId};
+use super::{Node, NodeId, TEXT_LIMIT};
 use crate::numpy::element_type::ElementType;
 use crate::numpy::{Array, Elements, Place, ReadError};
 use std::borrow::Cow;
@@ -166,13 +166,18 @@ impl<'a> Graph<'a> {
             integers.into()
         } else if let Some(numbers) = self.all(items, Node::as_number) {
             numbers.into()
-        } else if let Some(texts) = self.all(items, |node| node.as_text().map(Cow::into_owned)) {
+        } else if let Some(texts) = self.short_texts(items) {
             texts.into()
         } else {
             let found = items.first().map_or_else(String::new, |&id| self.nodes[id].description());
             return Err(self.place.error("an array, or values of one kind", found));
         };
         Ok(Array { shape: vec![items.len()], elements })
+    }
+
+    fn short_texts(&self, items: &[NodeId]) -> Option<Vec<String>> {
+        let all = || self.all(items, |node| node.as_short_text().map(Cow::into_owned));
+        if items.len() <= TEXT_LIMIT { all() } else { None }
     }
 
     fn all<T>(&self, items: &[NodeId], value: impl Fn(&Node<'a>) -> Option<T>) -> Option<Vec<T>> {
@@ -193,7 +198,7 @@ impl<'a> Graph<'a> {
     }
 
     fn text(&self, id: NodeId) -> Result<Cow<'a, str>, ReadError> {
-        self.nodes[id].as_text().ok_or_else(|| self.unexpected("text", id))
+        self.nodes[id].as_short_text().ok_or_else(|| self.unexpected("text", id))
     }
 
     /// The value under `key` of a dictionary.
@@ -201,7 +206,8 @@ impl<'a> Graph<'a> {
         let Node::Dictionary(items) = &self.nodes[dictionary] else {
             return Err(self.unexpected("a state that is a dictionary", dictionary));
         };
-        let found = items.iter().rev().find(|&&(name, _)| self.nodes[name].as_text().is_some_and(|text| text == key));
+        let found =
+            items.iter().rev().find(|&&(name, _)| self.nodes[name].as_short_text().is_some_and(|text| text == key));
         found.map(|&(_, value)| value).ok_or_else(|| self.place.error(format!("a state with {key}"), "none"))
     }
 
@@ -243,8 +249,8 @@ impl<'a> Graph<'a> {
         if !matches!(&*encoding, "latin1" | "latin-1") {
             return Err(self.place.error("the encoding latin1", format!("{encoding:?}")));
         }
-        let bytes = self.text(text)?.chars().map(|character| u8::try_from(u32::from(character)).ok()).collect();
-        let bytes: Option<Vec<u8>> = bytes;
+        let Node::Text(text) = &self.nodes[text] else { return Err(self.unexpected("text", text)) };
+        let bytes: Option<Vec<u8>> = text.chars().map(|character| u8::try_from(u32::from(character)).ok()).collect();
         bytes.map(Cow::Owned).ok_or_else(|| self.place.error("latin1 characters", "others"))
     }
 }

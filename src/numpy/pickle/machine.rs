@@ -3,7 +3,6 @@
 use super::class::Class;
 use super::{Node, NodeId};
 use crate::numpy::{Place, ReadError};
-use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Values that one pickle may hold: array contents are one value each.
@@ -32,11 +31,11 @@ pub(super) fn run<'a>(bytes: &'a [u8], file: &str) -> Result<(Vec<Node<'a>>, Nod
     }
 }
 
-struct Machine<'a, 'file> {
+pub(super) struct Machine<'a, 'file> {
     file: &'file str,
-    bytes: &'a [u8],
+    pub(super) bytes: &'a [u8],
     /// The next byte to read.
-    at: usize,
+    pub(super) at: usize,
     /// The first byte of the current instruction.
     opcode_at: usize,
     nodes: Vec<Node<'a>>,
@@ -75,11 +74,7 @@ impl<'a> Machine<'a, '_> {
             0x8a => self.binary_long::<1>(),
             0x8b => self.binary_long::<4>(),
             b'I' | b'L' => self.decimal_integer(),
-            b'F' => {
-                let text = self.take_line()?;
-                let number = text.parse().map_err(|_| self.error("a number", format!("{text:?}")))?;
-                self.push(Node::Float(number))
-            }
+            b'F' => self.decimal_float(),
             // Bytes: SHORT_BINBYTES, BINBYTES, BINBYTES8, BYTEARRAY8, SHORT_BINSTRING, BINSTRING, STRING
             b'C' | b'U' => self.binary_bytes::<1>(),
             b'B' | b'T' => self.binary_bytes::<4>(),
@@ -174,53 +169,14 @@ impl<'a> Machine<'a, '_> {
         }
     }
 
-    fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+    pub(super) fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         let field = format!("pickle byte {}", self.opcode_at);
         Place { file: self.file, field: &field }.error(expected, found)
     }
 
-    // Reading.
-
-    fn take(&mut self, length: u64) -> Result<&'a [u8], ReadError> {
-        let rest = &self.bytes[self.at..];
-        match usize::try_from(length).ok().and_then(|length| rest.get(..length)) {
-            Some(taken) => {
-                self.at += taken.len();
-                Ok(taken)
-            }
-            None => Err(self.error(format!("{length} more bytes"), format!("{} before the end", rest.len()))),
-        }
-    }
-
-    fn take_word<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
-        let mut word = [0; N];
-        word.copy_from_slice(self.take(N as u64)?);
-        Ok(word)
-    }
-
-    /// A little-endian number of `N` bytes, at most eight.
-    fn take_number<const N: usize>(&mut self) -> Result<u64, ReadError> {
-        let word: [u8; N] = self.take_word()?;
-        Ok(word.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
-    }
-
-    fn take_raw_line(&mut self) -> Result<&'a [u8], ReadError> {
-        let rest = &self.bytes[self.at..];
-        let length = rest.iter().position(|&byte| byte == b'\n');
-        let length = length.ok_or_else(|| self.error("a line", "no line end"))?;
-        self.at += length + 1;
-        Ok(&rest[..length])
-    }
-
-    fn take_line(&mut self) -> Result<&'a str, ReadError> {
-        let line = self.take_raw_line()?;
-        let line = std::str::from_utf8(line).map_err(|_| self.error("text in UTF-8", "other bytes"))?;
-        Ok(line.trim_end_matches('\r'))
-    }
-
     // The stack.
 
-    fn push(&mut self, node: Node<'a>) -> Result<(), ReadError> {
+    pub(super) fn push(&mut self, node: Node<'a>) -> Result<(), ReadError> {
         if self.nodes.len() == NODE_LIMIT {
             return Err(self.error(format!("at most {NODE_LIMIT} values"), "more"));
         }
@@ -275,97 +231,7 @@ impl<'a> Machine<'a, '_> {
         }
     }
 
-    // Values.
-
-    fn protocol(&mut self) -> Result<(), ReadError> {
-        match self.take_word()? {
-            [0..=5] => Ok(()),
-            [version] => Err(self.error("pickle protocol 0 to 5", format!("protocol {version}"))),
-        }
-    }
-
-    fn binary_long<const N: usize>(&mut self) -> Result<(), ReadError> {
-        let length = self.take_number::<N>()?;
-        let bytes = self.take(length)?;
-        if bytes.len() > 16 {
-            return Err(self.error("an integer of at most 16 bytes", format!("{length} bytes")));
-        }
-        let negative = bytes.last().is_some_and(|&byte| byte >= 0x80);
-        let mut word = [if negative { 0xff } else { 0 }; 16];
-        word[..bytes.len()].copy_from_slice(bytes);
-        self.push(Node::Integer(i128::from_le_bytes(word)))
-    }
-
-    /// INT and LONG: decimal digits, an L after a long one; `00` and `01` are protocol 0's truth values.
-    fn decimal_integer(&mut self) -> Result<(), ReadError> {
-        let text = self.take_line()?;
-        match text {
-            "00" => return self.push(Node::Bool(false)),
-            "01" => return self.push(Node::Bool(true)),
-            _ => {}
-        }
-        let number = text.strip_suffix('L').unwrap_or(text).parse();
-        let number = number.map_err(|_| self.error("a whole number", format!("{text:?}")))?;
-        self.push(Node::Integer(number))
-    }
-
-    fn decimal_key(&mut self) -> Result<u64, ReadError> {
-        let text = self.take_line()?;
-        text.parse().map_err(|_| self.error("a whole number", format!("{text:?}")))
-    }
-
-    fn binary_bytes<const N: usize>(&mut self) -> Result<(), ReadError> {
-        let length = self.take_number::<N>()?;
-        let bytes = self.take(length)?;
-        self.push(Node::Bytes(Cow::Borrowed(bytes)))
-    }
-
-    fn binary_text<const N: usize>(&mut self) -> Result<(), ReadError> {
-        let length = self.take_number::<N>()?;
-        let bytes = self.take(length)?;
-        let text = std::str::from_utf8(bytes).map_err(|_| self.error("text in UTF-8", "other bytes"))?;
-        self.push(Node::Text(Cow::Borrowed(text)))
-    }
-
-    /// STRING: Python 2's byte string as a quoted literal.
-    fn quoted_bytes(&mut self) -> Result<(), ReadError> {
-        let line = self.take_raw_line()?.trim_ascii_end();
-        let inside = match line {
-            [b'\'', inside @ .., b'\''] | [b'"', inside @ .., b'"'] => inside,
-            _ => return Err(self.error("a quoted string", "no quotes")),
-        };
-        let mut bytes = Vec::with_capacity(inside.len());
-        let mut rest = inside;
-        while let [first, after @ ..] = rest {
-            let (byte, after) = match (first, after) {
-                (b'\\', [b'x', high, low, after @ ..]) => (hexadecimal(&[*high, *low]), after),
-                (b'\\', [escaped, after @ ..]) => (simple_escape(*escaped), after),
-                (b'\\', []) => (None, after),
-                (&byte, after) => (Some(u32::from(byte)), after),
-            };
-            let byte = byte.ok_or_else(|| self.error("a Python string literal", "an unknown escape"))?;
-            bytes.push(byte as u8);
-            rest = after;
-        }
-        self.push(Node::Bytes(Cow::Owned(bytes)))
-    }
-
-    /// UNICODE: Latin-1 with `\uXXXX` and `\UXXXXXXXX`.
-    fn escaped_text(&mut self) -> Result<(), ReadError> {
-        let mut rest = self.take_raw_line()?;
-        let mut text = String::with_capacity(rest.len());
-        while let [first, after @ ..] = rest {
-            let (code, after) = match (first, after) {
-                (b'\\', [b'u', after @ ..]) if after.len() >= 4 => (hexadecimal(&after[..4]), &after[4..]),
-                (b'\\', [b'U', after @ ..]) if after.len() >= 8 => (hexadecimal(&after[..8]), &after[8..]),
-                (&byte, after) => (Some(u32::from(byte)), after),
-            };
-            let character = code.and_then(char::from_u32);
-            text.push(character.ok_or_else(|| self.error("a unicode escape", "no character"))?);
-            rest = after;
-        }
-        self.push(Node::Text(Cow::Owned(text)))
-    }
+    // Containers.
 
     fn append(&mut self, items: Vec<NodeId>) -> Result<(), ReadError> {
         let target = self.top()?;
@@ -410,19 +276,19 @@ impl<'a> Machine<'a, '_> {
             Some(class) => self.push(Node::Class(class)),
             None => Err(self.error(
                 "only classes that carry arrays (numpy, scipy.sparse, chumpy)",
-                format!("the class {module}.{name}"),
+                format!("the class {}", format!("{module}.{name}").chars().take(80).collect::<String>()),
             )),
         }
     }
 
     fn stack_class(&mut self) -> Result<(), ReadError> {
         let ids = self.pop_many(2)?;
-        match (self.nodes[ids[0]].as_text(), self.nodes[ids[1]].as_text()) {
+        match (self.nodes[ids[0]].as_short_text(), self.nodes[ids[1]].as_short_text()) {
             (Some(module), Some(name)) => {
                 let (module, name) = (module.into_owned(), name.into_owned());
                 self.class(&module, &name)
             }
-            _ => Err(self.error("a module's and a class's name", "other values")),
+            _ => Err(self.error("a module's and a class's name", "none")),
         }
     }
 
@@ -455,20 +321,4 @@ impl<'a> Machine<'a, '_> {
             }
         }
     }
-}
-
-fn hexadecimal(digits: &[u8]) -> Option<u32> {
-    digits.iter().try_fold(0u32, |number, &digit| Some(number << 4 | char::from(digit).to_digit(16)?))
-}
-
-fn simple_escape(escaped: u8) -> Option<u32> {
-    let byte = match escaped {
-        b'\\' | b'\'' | b'"' => escaped,
-        b'n' => b'\n',
-        b'r' => b'\r',
-        b't' => b'\t',
-        b'0' => 0,
-        _ => return None,
-    };
-    Some(u32::from(byte))
 }

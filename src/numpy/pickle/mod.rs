@@ -6,11 +6,19 @@
 
 mod arrays;
 mod class;
+mod input;
+mod literal;
 mod machine;
 
 use super::{Array, Place, ReadError};
 use class::Class;
 use std::borrow::Cow;
+
+/// Bytes of a text that is a name or a list's element. Values may be shared, so that small pickles can stand for
+/// huge ones: whatever is copied is limited.
+const SHORT_TEXT: usize = 256;
+/// Texts in a list, entries in the outermost dictionary.
+const TEXT_LIMIT: usize = 1 << 16;
 
 /// Index into [`Pickle::nodes`].
 type NodeId = usize;
@@ -55,8 +63,13 @@ impl<'a> Pickle<'a> {
                 return Err(place.error("a dictionary of arrays", other.description()));
             }
         };
-        let entries =
-            items.iter().filter_map(|&(key, value)| Some((nodes[key].as_text()?.into_owned(), value))).collect();
+        if items.len() > TEXT_LIMIT {
+            let expected = format!("a dictionary of at most {TEXT_LIMIT} arrays");
+            return Err(Place { file, field: "pickle" }.error(expected, items.len().to_string()));
+        }
+        let entries = (items.iter())
+            .filter_map(|&(key, value)| Some((nodes[key].as_short_text()?.into_owned(), value)))
+            .collect();
         Ok(Self { file: file.to_owned(), entries, nodes })
     }
 
@@ -74,11 +87,13 @@ impl<'a> Pickle<'a> {
 }
 
 impl Node<'_> {
-    /// Text, or a Python 2 byte string as text.
-    fn as_text(&self) -> Option<Cow<'_, str>> {
+    /// A name: text, or a Python 2 byte string as text.
+    fn as_short_text(&self) -> Option<Cow<'_, str>> {
         match self {
-            Self::Text(text) => Some(Cow::Borrowed(text)),
-            Self::Bytes(bytes) => Some(Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect())),
+            Self::Text(text) if text.len() <= SHORT_TEXT => Some(Cow::Borrowed(text)),
+            Self::Bytes(bytes) if bytes.len() <= SHORT_TEXT => {
+                Some(Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()))
+            }
             _ => None,
         }
     }

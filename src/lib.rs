@@ -11,6 +11,8 @@ pub mod animate;
 pub mod avatar;
 pub mod body;
 pub mod encoding;
+#[cfg(any(feature = "fixture", all(test, feature = "factor")))]
+pub mod fixture;
 pub mod laplacian;
 pub mod mesh;
 pub mod motion;

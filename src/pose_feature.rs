@@ -3,19 +3,7 @@
 use crate::body::Skin;
 
 /// A set of joints, one bit a joint. The root is never in it.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    Hash,
-    PartialOrd,
-    Ord,
-    Default,
-    serde::Serialize,
-    serde::Deserialize,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
 pub struct PoseMask(pub u32);
 
@@ -93,9 +81,8 @@ pub const fn association() -> [PoseMask; 24] {
     const LEFT_ARM: PoseMask = PoseMask::of(&[13, 16, 18]);
     const RIGHT_ARM: PoseMask = PoseMask::of(&[14, 17, 19]);
     [
-        HIPS, LEFT_LEG, RIGHT_LEG, WAIST, LEFT_LEG, RIGHT_LEG, TORSO, NONE, NONE, TORSO, NONE,
-        NONE, NONE, TORSO, TORSO, NONE, LEFT_ARM, RIGHT_ARM, LEFT_ARM, RIGHT_ARM, NONE, NONE, NONE,
-        NONE,
+        HIPS, LEFT_LEG, RIGHT_LEG, WAIST, LEFT_LEG, RIGHT_LEG, TORSO, NONE, NONE, TORSO, NONE, NONE, NONE, TORSO,
+        TORSO, NONE, LEFT_ARM, RIGHT_ARM, LEFT_ARM, RIGHT_ARM, NONE, NONE, NONE, NONE,
     ]
 }
 
@@ -110,9 +97,7 @@ pub fn vertex_masks(skin: &Skin) -> Vec<PoseMask> {
                 .iter()
                 .zip(weights)
                 .filter(|&(_, &weight)| weight >= SMALLEST_WEIGHT)
-                .fold(PoseMask::default(), |mask, (&joint, _)| {
-                    mask.union(association[joint as usize])
-                })
+                .fold(PoseMask::default(), |mask, (&joint, _)| mask.union(association[joint as usize]))
         })
         .collect()
 }
@@ -128,26 +113,11 @@ mod tests {
     #[test]
     fn nobody_listens_to_the_root_the_head_feet_or_hands() {
         for mask in association() {
-            for name in [
-                "pelvis",
-                "head",
-                "left_foot",
-                "right_ankle",
-                "left_hand",
-                "right_wrist",
-            ] {
+            for name in ["pelvis", "head", "left_foot", "right_ankle", "left_hand", "right_wrist"] {
                 assert!(!mask.contains(joint(name)), "{name} in {mask:?}");
             }
         }
-        for name in [
-            "head",
-            "neck",
-            "left_foot",
-            "right_foot",
-            "left_hand",
-            "right_hand",
-            "left_wrist",
-        ] {
+        for name in ["head", "neck", "left_foot", "right_foot", "left_hand", "right_hand", "left_wrist"] {
             assert_eq!(association()[joint(name)], PoseMask(0), "{name}");
         }
     }
@@ -161,15 +131,8 @@ mod tests {
         };
         let association = association();
         for i in 0..24 {
-            let expected = association[i]
-                .joints()
-                .fold(0, |mask, j| mask | 1 << mirrored(j));
-            assert_eq!(
-                association[mirrored(i)],
-                PoseMask(expected),
-                "{}",
-                JOINT_NAMES[i]
-            );
+            let expected = association[i].joints().fold(0, |mask, j| mask | 1 << mirrored(j));
+            assert_eq!(association[mirrored(i)], PoseMask(expected), "{}", JOINT_NAMES[i]);
         }
     }
 
@@ -180,15 +143,7 @@ mod tests {
             weights: vec![[0.5, 0.5, 0.0, 0.0], [1.0, 1e-6, 0.0, 0.0]],
         };
         let masks = vertex_masks(&skin);
-        assert_eq!(
-            masks[0].joints().collect::<Vec<_>>(),
-            [1, 4],
-            "weight 0 to the pelvis adds nothing"
-        );
-        assert_eq!(
-            masks[1],
-            PoseMask(0),
-            "a weight that the file rounds to zero adds nothing"
-        );
+        assert_eq!(masks[0].joints().collect::<Vec<_>>(), [1, 4], "weight 0 to the pelvis adds nothing");
+        assert_eq!(masks[1], PoseMask(0), "a weight that the file rounds to zero adds nothing");
     }
 }

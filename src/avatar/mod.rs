@@ -1,12 +1,20 @@
 //! The avatar and its file: a valid GLB with an extension (docs/format.md).
 
+mod document;
+mod extension;
+mod glb;
+mod quantise;
 mod read;
+mod source;
+#[cfg(test)]
+mod tests;
+mod validate;
 mod write;
 
 use crate::body::Rig;
 use crate::mesh::{Scheme, Triangle};
 use crate::network::SurfaceFunction;
-use crate::solver::CoarseFactor;
+use crate::solver::{CoarseFactor, FactorError};
 use glam::Vec3A;
 
 /// What δ is relative to.
@@ -44,7 +52,7 @@ pub struct Appearance {
 }
 
 /// A trained avatar.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Avatar {
     /// Name for people.
     pub name: String,
@@ -88,4 +96,26 @@ pub struct AvatarError {
     pub expected: String,
     /// What is there.
     pub found: String,
+}
+
+impl AvatarError {
+    fn new(file: &str, field: &str, expected: impl ToString, found: impl ToString) -> Self {
+        Self { file: file.into(), field: field.into(), expected: expected.to_string(), found: found.to_string() }
+    }
+
+    /// The solver's complaint about the factor in `file`.
+    pub(crate) fn from_factor(file: &str, error: &FactorError) -> Self {
+        match error {
+            FactorError::Length { field, expected, found } => {
+                Self::new(file, &format!("factor.{field}"), format!("{expected} entries"), found)
+            }
+            FactorError::NotAPermutation { expected } => {
+                let expected = format!("each of {expected} vertices once");
+                Self::new(file, "factor.permutation", expected, "another list")
+            }
+            FactorError::Value { field, index, expected, found } => {
+                Self::new(file, &format!("factor.{field}[{index}]"), expected, found)
+            }
+        }
+    }
 }

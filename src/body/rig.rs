@@ -13,7 +13,7 @@ pub struct Skin {
 }
 
 /// A body of one shape: what posing needs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
     /// Rest vertices, T-pose, metres.
     pub rest: Vec<Vec3A>,

@@ -83,11 +83,7 @@ impl Region {
             let numbers = six_numbers_from_quat(pose.rotations[joint]);
             for (squared, centre) in kernel.iter_mut().zip(centres.chunks_exact(centre_length)) {
                 let centre = &centre[6 * joint..6 * joint + 6];
-                *squared += numbers
-                    .iter()
-                    .zip(centre)
-                    .map(|(a, b)| (a - b) * (a - b))
-                    .sum::<f32>();
+                *squared += numbers.iter().zip(centre).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
             }
         }
         for value in kernel {
@@ -123,9 +119,7 @@ fn weighted_sum(basis: &[i8], factors: &[f32]) -> Vec3A {
     for (i, (&basis, &factor)) in basis_rest.iter().zip(factors_rest).enumerate() {
         sums[i] += f32::from(basis) * factor;
     }
-    Vec3A::from_array(
-        [0, 1, 2].map(|axis| sums[axis] + sums[axis + 3] + sums[axis + 6] + sums[axis + 9]),
-    )
+    Vec3A::from_array([0, 1, 2].map(|axis| sums[axis] + sums[axis + 3] + sums[axis + 6] + sums[axis + 9]))
 }
 
 #[cfg(test)]
@@ -142,11 +136,8 @@ mod tests {
             kernel_length: 0.8,
             coefficient_from_kernel: (0..2 * basis_count).map(|i| scale * (i as f32 - 4.0)).collect(),
         };
-        let centre = |angle: f32| {
-            [0.0, angle, -angle]
-                .into_iter()
-                .flat_map(|a| six_numbers_from_quat(Quat::from_rotation_x(a)))
-        };
+        let centre =
+            |angle: f32| [0.0, angle, -angle].into_iter().flat_map(|a| six_numbers_from_quat(Quat::from_rotation_x(a)));
         Compact {
             level: 0,
             centres: centre(0.2).chain(centre(1.0)).collect(),
@@ -161,11 +152,7 @@ mod tests {
 
     fn pose(second: f32, third: f32) -> Pose {
         Pose {
-            rotations: vec![
-                Quat::from_rotation_y(0.4),
-                Quat::from_rotation_x(second),
-                Quat::from_rotation_z(third),
-            ],
+            rotations: vec![Quat::from_rotation_y(0.4), Quat::from_rotation_x(second), Quat::from_rotation_z(third)],
             translation: Vec3::ZERO,
         }
     }
@@ -182,8 +169,7 @@ mod tests {
                     for joint in region.mask.joints() {
                         let numbers = six_numbers_from_quat(pose.rotations[joint]);
                         for i in 0..6 {
-                            let difference =
-                                numbers[i] - compact.centres[(centre * 3 + joint) * 6 + i];
+                            let difference = numbers[i] - compact.centres[(centre * 3 + joint) * 6 + i];
                             squared += f64::from(difference).powi(2);
                         }
                     }
@@ -220,10 +206,7 @@ mod tests {
             compact.evaluate(&pose, &mut Scratch::default(), &mut out);
             for (value, expected) in out.iter().zip(naive(&compact, &pose)) {
                 for axis in 0..3 {
-                    assert!(
-                        (f64::from(value[axis]) - expected[axis]).abs() < 1e-5,
-                        "{value} for {expected:?}"
-                    );
+                    assert!((f64::from(value[axis]) - expected[axis]).abs() < 1e-5, "{value} for {expected:?}");
                 }
             }
         }

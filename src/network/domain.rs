@@ -17,22 +17,22 @@ pub struct Domain {
 impl Domain {
     /// Domains of levels 0 ..= `subdivision.level_count()` for the canonical template (zero shape).
     pub fn levels(template: &[Vec3A], skin: &Skin, subdivision: &Subdivision) -> Vec<Self> {
-        let mut levels = vec![Self {
-            canonical: template.to_vec(),
-            masks: vertex_masks(skin),
-        }];
+        let mut levels = vec![Self { canonical: template.to_vec(), masks: vertex_masks(skin) }];
         for level in 0..subdivision.level_count() {
             levels.push(levels[level].refined(subdivision.edges(level)));
         }
         levels
     }
 
+    /// The domain of level 0.
+    pub fn coarsest(template: &[Vec3A], skin: &Skin) -> Self {
+        Self { canonical: template.to_vec(), masks: vertex_masks(skin) }
+    }
+
     fn refined(&self, edges: &[[u32; 2]]) -> Self {
         let mut finer = self.clone();
         for [a, b] in edges.iter().map(|edge| edge.map(|v| v as usize)) {
-            finer
-                .canonical
-                .push(0.5 * (self.canonical[a] + self.canonical[b]));
+            finer.canonical.push(0.5 * (self.canonical[a] + self.canonical[b]));
             finer.masks.push(self.masks[a].union(self.masks[b]));
         }
         finer

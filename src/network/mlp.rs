@@ -51,29 +51,15 @@ const OUTPUTS: usize = 4;
 impl Mlp {
     /// See [`super::SurfaceFunction::evaluate`].
     pub fn evaluate(&self, domain: &Domain, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
-        let widest = self
-            .layers
-            .iter()
-            .map(|layer| layer.input_count().max(layer.output_count()))
-            .max()
-            .unwrap_or(0);
-        let Scratch {
-            masks: distinct,
-            pose_biases,
-            encoded,
-            activations: [input, output],
-            ..
-        } = scratch;
+        let widest = self.layers.iter().map(|layer| layer.input_count().max(layer.output_count())).max().unwrap_or(0);
+        let Scratch { masks: distinct, pose_biases, encoded, activations: [input, output], .. } = scratch;
         self.pose_biases(&domain.masks, pose, distinct, pose_biases);
         encoded.resize(self.encoding.length(), 0.0);
         for activations in [&mut *input, &mut *output] {
             activations.resize(widest * BATCH, 0.0);
         }
 
-        let batches = domain
-            .canonical
-            .chunks(BATCH)
-            .zip(domain.masks.chunks(BATCH));
+        let batches = domain.canonical.chunks(BATCH).zip(domain.masks.chunks(BATCH));
         for ((points, masks), out) in batches.zip(out.chunks_mut(BATCH)) {
             for (row, &point) in points.iter().enumerate() {
                 self.encoding.encode(point, encoded);
@@ -84,21 +70,12 @@ impl Mlp {
             let first = &self.layers[0];
             let width = first.output_count();
             for (row, mask) in masks.iter().enumerate() {
-                let index = distinct
-                    .iter()
-                    .position(|m| m == mask)
-                    .expect("every mask has its bias");
+                let index = distinct.iter().position(|m| m == mask).expect("every mask has its bias");
                 for (o, &value) in pose_biases[index * width..][..width].iter().enumerate() {
                     output[slot(row, o, width)] = value;
                 }
             }
-            add_product(
-                &first.weight,
-                first.input_count(),
-                encoded.len(),
-                input,
-                output,
-            );
+            add_product(&first.weight, first.input_count(), encoded.len(), input, output);
             for layer in &self.layers[1..] {
                 output.iter_mut().for_each(|x| *x = x.max(0.0));
                 std::mem::swap(input, output);
@@ -108,29 +85,16 @@ impl Mlp {
                         lanes.fill(bias);
                     }
                 }
-                add_product(
-                    &layer.weight,
-                    layer.input_count(),
-                    layer.input_count(),
-                    input,
-                    output,
-                );
+                add_product(&layer.weight, layer.input_count(), layer.input_count(), input, output);
             }
             for (row, value) in out.iter_mut().enumerate() {
-                *value = self.output_scale
-                    * Vec3A::from_array([0, 1, 2].map(|axis| output[slot(row, axis, 3)]));
+                *value = self.output_scale * Vec3A::from_array([0, 1, 2].map(|axis| output[slot(row, axis, 3)]));
             }
         }
     }
 
     /// W_θ θ̄ + b of the first layer for each mask that occurs: θ̄ takes few distinct values over the surface.
-    fn pose_biases(
-        &self,
-        masks: &[PoseMask],
-        pose: &Pose,
-        distinct: &mut Vec<PoseMask>,
-        biases: &mut Vec<f32>,
-    ) {
+    fn pose_biases(&self, masks: &[PoseMask], pose: &Pose, distinct: &mut Vec<PoseMask>, biases: &mut Vec<f32>) {
         distinct.clear();
         biases.clear();
         let first = &self.layers[0];
@@ -145,13 +109,8 @@ impl Mlp {
             for joint in mask.joints() {
                 let angles = axis_angle_from_quat(pose.rotations[joint]);
                 let column = encoded_length + 3 * joint;
-                for (bias, row) in biases[start..]
-                    .iter_mut()
-                    .zip(first.weight.chunks_exact(first.input_count()))
-                {
-                    *bias += row[column] * angles.x
-                        + row[column + 1] * angles.y
-                        + row[column + 2] * angles.z;
+                for (bias, row) in biases[start..].iter_mut().zip(first.weight.chunks_exact(first.input_count())) {
+                    *bias += row[column] * angles.x + row[column + 1] * angles.y + row[column + 2] * angles.z;
                 }
             }
         }
@@ -216,45 +175,29 @@ mod tests {
 
     /// Small repeatable numbers in −1 .. 1.
     fn numbers(count: usize, seed: u32) -> Vec<f32> {
-        (0..count)
-            .map(|i| ((i as f32 * 12.9898 + seed as f32 * 78.233).sin() * 43758.547).fract())
-            .collect()
+        (0..count).map(|i| ((i as f32 * 12.9898 + seed as f32 * 78.233).sin() * 43758.547).fract()).collect()
     }
 
     fn random_mlp(widths: &[usize]) -> Mlp {
         let layers = widths
             .windows(2)
             .enumerate()
-            .map(|(i, w)| Layer {
-                weight: numbers(w[0] * w[1], i as u32),
-                bias: numbers(w[1], 100 + i as u32),
-            })
+            .map(|(i, w)| Layer { weight: numbers(w[0] * w[1], i as u32), bias: numbers(w[1], 100 + i as u32) })
             .collect();
-        Mlp {
-            level: 0,
-            encoding: PositionalEncoding { frequency_count: 2 },
-            layers,
-            output_scale: 0.5,
-        }
+        Mlp { level: 0, encoding: PositionalEncoding { frequency_count: 2 }, layers, output_scale: 0.5 }
     }
 
     fn domain(count: usize) -> Domain {
         let coordinates = numbers(3 * count, 7);
         Domain {
             canonical: coordinates.chunks(3).map(Vec3A::from_slice).collect(),
-            masks: (0..count)
-                .map(|i| PoseMask([0b10, 0b0, 0b110][i % 3]))
-                .collect(),
+            masks: (0..count).map(|i| PoseMask([0b10, 0b0, 0b110][i % 3])).collect(),
         }
     }
 
     fn bent() -> Pose {
         Pose {
-            rotations: vec![
-                Quat::from_rotation_y(1.0),
-                Quat::from_rotation_x(0.5),
-                Quat::from_rotation_z(-0.8),
-            ],
+            rotations: vec![Quat::from_rotation_y(1.0), Quat::from_rotation_x(0.5), Quat::from_rotation_z(-0.8)],
             translation: Vec3::ONE,
         }
     }
@@ -264,11 +207,7 @@ mod tests {
         let mut encoded = vec![0.0; mlp.encoding.length()];
         mlp.encoding.encode(point, &mut encoded);
         for joint in 0..pose.rotations.len() {
-            let angles = if mask.contains(joint) {
-                axis_angle_from_quat(pose.rotations[joint])
-            } else {
-                Vec3::ZERO
-            };
+            let angles = if mask.contains(joint) { axis_angle_from_quat(pose.rotations[joint]) } else { Vec3::ZERO };
             encoded.extend(angles.to_array());
         }
         let mut x: Vec<f64> = encoded.into_iter().map(f64::from).collect();
@@ -278,17 +217,8 @@ mod tests {
                 .chunks(layer.input_count())
                 .zip(&layer.bias)
                 .map(|(row, &bias)| {
-                    let sum = row
-                        .iter()
-                        .zip(&x)
-                        .map(|(&w, x)| f64::from(w) * x)
-                        .sum::<f64>()
-                        + f64::from(bias);
-                    if i + 1 < mlp.layers.len() {
-                        sum.max(0.0)
-                    } else {
-                        sum
-                    }
+                    let sum = row.iter().zip(&x).map(|(&w, x)| f64::from(w) * x).sum::<f64>() + f64::from(bias);
+                    if i + 1 < mlp.layers.len() { sum.max(0.0) } else { sum }
                 })
                 .collect();
         }

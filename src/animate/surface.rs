@@ -1,0 +1,84 @@
+//! The posed body on every level of its subdivision.
+
+use crate::body::{Pose, Rig, posed_from_rest};
+use crate::mesh::{Scheme, Subdivision};
+use glam::{Affine3A, Mat3A, Vec3A};
+
+/// Positions and rotations of all levels for one pose, in memory that is reused from pose to pose.
+#[derive(Clone, Debug)]
+pub struct PosedSurface {
+    blended: Vec<Affine3A>,
+    positions: Vec<Vec<Vec3A>>,
+    rotations: Vec<Vec<Mat3A>>,
+}
+
+impl PosedSurface {
+    /// Room for all levels of `subdivision`.
+    pub fn new(subdivision: &Subdivision) -> Self {
+        let counts: Vec<usize> = (0..=subdivision.level_count()).map(|level| subdivision.vertex_count(level)).collect();
+        Self {
+            blended: vec![Affine3A::IDENTITY; counts[0]],
+            positions: counts.iter().map(|&count| vec![Vec3A::ZERO; count]).collect(),
+            rotations: vec![Vec::new(); counts.len()],
+        }
+    }
+
+    /// Poses level 0, v' = LBS_θ(v + `offsets`(v) + pose blend shapes) (paper Eq. pose_dependent_offsets_vert), and subdivides it.
+    /// `offsets` has one entry a vertex of level 0, metres, in the rest pose's frame; empty for none.
+    pub fn pose(&mut self, rig: &Rig, offsets: &[Vec3A], pose: &Pose, subdivision: &Subdivision, scheme: Scheme) {
+        let posed = &mut self.positions[0];
+        posed.copy_from_slice(&rig.rest);
+        for (position, offset) in posed.iter_mut().zip(offsets) {
+            *position += *offset;
+        }
+        if let Some(directions) = &rig.pose_directions {
+            add_pose_directions(directions, pose, posed);
+        }
+        let posed_from_rest = posed_from_rest(rig, pose);
+        for (vertex, (position, blended)) in posed.iter_mut().zip(&mut self.blended).enumerate() {
+            *blended = rig.skin.blend(vertex, &posed_from_rest);
+            *position = blended.transform_point3a(*position);
+        }
+        for level in 0..subdivision.level_count() {
+            let (coarse, fine) = self.positions.split_at_mut(level + 1);
+            subdivision.refine(scheme, level, &coarse[level], &mut fine[0]);
+        }
+    }
+
+    /// Positions of the vertices of `level`, metres.
+    pub fn positions(&self, level: usize) -> &[Vec3A] {
+        &self.positions[level]
+    }
+
+    /// Positions of the finest level, metres.
+    pub fn finest(&self) -> &[Vec3A] {
+        &self.positions[self.positions.len() - 1]
+    }
+
+    /// LBS^rot at the vertices of `level`: the blended matrices with the translation dropped, new vertices half-way between the ends
+    /// of their edge. They take vectors of the rest pose's frame to the posed frame and are not quite rotations near joints.
+    pub fn rotations(&mut self, subdivision: &Subdivision, level: usize) -> &[Mat3A] {
+        self.rotations[0].clear();
+        self.rotations[0].extend(self.blended.iter().map(|blended| blended.matrix3));
+        for coarse_level in 0..level {
+            let (coarse, fine) = self.rotations.split_at_mut(coarse_level + 1);
+            fine[0].resize(subdivision.vertex_count(coarse_level + 1), Mat3A::IDENTITY);
+            subdivision.refine(Scheme::Midpoint, coarse_level, &coarse[coarse_level], &mut fine[0]);
+        }
+        &self.rotations[level]
+    }
+}
+
+/// Adds Σ_n (R_j − I)_n `directions`[n], joints 1.., row-major.
+fn add_pose_directions(directions: &[Vec<Vec3A>], pose: &Pose, positions: &mut [Vec3A]) {
+    for (joint_directions, &rotation) in directions.chunks_exact(9).zip(&pose.rotations[1..]) {
+        let difference = (Mat3A::from_quat(rotation) - Mat3A::IDENTITY).transpose().to_cols_array();
+        for (direction, factor) in joint_directions.iter().zip(difference) {
+            if factor != 0.0 {
+                for (position, offset) in positions.iter_mut().zip(direction) {
+                    *position += factor * *offset;
+                }
+            }
+        }
+    }
+}

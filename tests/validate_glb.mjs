@@ -6,6 +6,8 @@ import { createRequire } from "node:module";
 import { join } from "node:path";
 
 const SEVERITIES = ["error", "warning", "information", "hint"];
+// The extension's tables are buffer views that no accessor uses.
+const IGNORED = ["UNUSED_OBJECT"];
 
 const files = process.argv.slice(2);
 if (files.length === 0) {
@@ -17,7 +19,8 @@ const { validateBytes } = createRequire(join(process.cwd(), "package.json"))("gl
 let errorCount = 0;
 for (const file of files) {
     try {
-        const { issues } = await validateBytes(new Uint8Array(await readFile(file)), { uri: file, maxIssues: 100 });
+        const options = { uri: file, maxIssues: 100, ignoredIssues: IGNORED };
+        const { issues } = await validateBytes(new Uint8Array(await readFile(file)), options);
         for (const { severity, code, message, pointer } of issues.messages) {
             console.log(`${file}: ${SEVERITIES[severity]}: ${code}: ${message} ${pointer ?? ""}`);
         }

@@ -9,6 +9,8 @@
 
 pub mod animate;
 pub mod avatar;
+#[cfg(all(target_arch = "wasm32", feature = "web"))]
+pub mod bindings;
 pub mod body;
 pub mod encoding;
 #[cfg(any(feature = "fixture", all(test, feature = "factor")))]
@@ -18,6 +20,9 @@ pub mod mesh;
 pub mod motion;
 pub mod network;
 pub mod numpy;
+pub mod player;
 pub mod pose_feature;
+#[cfg(feature = "render")]
+pub mod render;
 pub mod rotation;
 pub mod solver;

@@ -1,0 +1,172 @@
+//! The surface as it is drawn: texture seams split vertices, so drawn vertices outnumber the body's.
+//!
+//! Level 0 of the drawn surface is in the avatar's appearance. Its subdivision runs beside the body's: triangles correspond one to
+//! one and corner by corner, which gives the body vertex of every drawn vertex of the finest level.
+
+use crate::avatar::{Appearance, AvatarError};
+use crate::mesh::{Scheme, Subdivision, Triangle};
+use glam::{Vec2, Vec3};
+
+/// What never changes about a drawn vertex.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct DrawnVertex {
+    /// Vertex of the body's finest level whose position and normal it takes.
+    pub body_vertex: u32,
+    /// (u, v), v down.
+    pub texture_coordinates: [f32; 2],
+    /// Linear RGB and 255; white where there is a texture.
+    pub colour: [u8; 4],
+}
+
+/// Drawn vertices and triangles of the finest level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnSurface {
+    /// Vertices.
+    pub vertices: Vec<DrawnVertex>,
+    /// Triangles over `vertices`, in the order of the body's finest triangles.
+    pub triangles: Vec<Triangle>,
+}
+
+impl DrawnSurface {
+    /// Subdivides `appearance` until it has as many triangles as the body's finest level, `body_triangles`. New texture coordinates and
+    /// colours lie in the middle of their edge. `name` is the avatar's, for messages.
+    pub fn new(appearance: &Appearance, body_triangles: &[Triangle], name: &str) -> Result<Self, AvatarError> {
+        let level_count = level_count(appearance.drawn_triangles.len(), body_triangles.len(), name)?;
+        let count = appearance.drawn_vertices.len();
+        let subdivision = Subdivision::new(count, &appearance.drawn_triangles, level_count);
+        let mut coordinates = texture_coordinates(appearance);
+        let mut colours = colours(appearance);
+        for level in 0..level_count {
+            coordinates = refined(&subdivision, level, &coordinates);
+            colours = refined(&subdivision, level, &colours);
+        }
+        let triangles = subdivision.triangles(level_count).to_vec();
+        let body_vertices = body_vertices(coordinates.len(), &triangles, body_triangles);
+        let vertices = coordinates
+            .iter()
+            .zip(&colours)
+            .zip(body_vertices)
+            .map(|((coordinates, colour), body_vertex)| DrawnVertex {
+                body_vertex,
+                texture_coordinates: coordinates.to_array(),
+                colour: [colour.x.round() as u8, colour.y.round() as u8, colour.z.round() as u8, 255],
+            })
+            .collect();
+        Ok(Self { vertices, triangles })
+    }
+}
+
+/// Each subdivision makes four triangles of one.
+fn level_count(coarse: usize, fine: usize, name: &str) -> Result<usize, AvatarError> {
+    let levels = (0..12).find(|&levels| coarse << (2 * levels) >= fine).unwrap_or(0);
+    if coarse << (2 * levels) == fine && coarse > 0 {
+        return Ok(levels);
+    }
+    Err(AvatarError {
+        file: name.into(),
+        field: "appearance: drawn triangles".into(),
+        expected: format!("as many as the body has on level 0, for {fine} on its finest"),
+        found: coarse.to_string(),
+    })
+}
+
+fn texture_coordinates(appearance: &Appearance) -> Vec<Vec2> {
+    let mut coordinates: Vec<Vec2> = appearance.texture_coordinates.iter().map(|&uv| Vec2::from(uv)).collect();
+    coordinates.resize(appearance.drawn_vertices.len(), Vec2::ZERO);
+    coordinates
+}
+
+fn colours(appearance: &Appearance) -> Vec<Vec3> {
+    let mut colours = Vec::new();
+    if appearance.texture.is_none() {
+        let numbers = appearance.vertex_colours.iter();
+        colours.extend(numbers.map(|colour| Vec3::from(colour.map(f32::from))));
+    }
+    colours.resize(appearance.drawn_vertices.len(), Vec3::splat(255.0));
+    colours
+}
+
+fn refined<T>(subdivision: &Subdivision, level: usize, coarse: &[T]) -> Vec<T>
+where
+    T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
+{
+    let mut fine = vec![T::default(); subdivision.vertex_count(level + 1)];
+    subdivision.refine(Scheme::Midpoint, level, coarse, &mut fine);
+    fine
+}
+
+/// The body vertex of each drawn vertex, read off corresponding corners.
+fn body_vertices(drawn_count: usize, drawn: &[Triangle], body: &[Triangle]) -> Vec<u32> {
+    let mut vertices = vec![0; drawn_count];
+    for (drawn, body) in drawn.iter().zip(body) {
+        for corner in 0..3 {
+            vertices[drawn[corner] as usize] = body[corner];
+        }
+    }
+    vertices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles that share the edge 1–2, torn apart along it by a texture seam: six drawn vertices for four of the body.
+    const BODY: [Triangle; 2] = [[0, 1, 2], [2, 1, 3]];
+    const POSITIONS: [Vec2; 4] =
+        [Vec2::new(0.0, 0.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0)];
+
+    fn appearance() -> Appearance {
+        let drawn_vertices = vec![0, 1, 2, 2, 1, 3];
+        let texture_coordinates = drawn_vertices.iter().map(|&v: &u32| POSITIONS[v as usize].to_array());
+        Appearance {
+            texture_coordinates: texture_coordinates.collect(),
+            drawn_triangles: vec![[0, 1, 2], [3, 4, 5]],
+            texture: None,
+            vertex_colours: vec![[0, 100, 200]; drawn_vertices.len()],
+            drawn_vertices,
+        }
+    }
+
+    fn fine_body(levels: usize) -> (Vec<Triangle>, Vec<Vec2>) {
+        let subdivision = Subdivision::new(4, &BODY, levels);
+        let mut positions = POSITIONS.to_vec();
+        for level in 0..levels {
+            positions = refined(&subdivision, level, &positions);
+        }
+        (subdivision.triangles(levels).to_vec(), positions)
+    }
+
+    #[test]
+    fn every_fine_drawn_vertex_finds_the_body_vertex_at_its_own_place() {
+        for levels in 0..4 {
+            let (triangles, positions) = fine_body(levels);
+            let surface = DrawnSurface::new(&appearance(), &triangles, "test").unwrap();
+            assert_eq!(surface.triangles.len(), triangles.len());
+            assert!(surface.vertices.len() > positions.len(), "the seam stays open");
+            for vertex in &surface.vertices {
+                // Texture coordinates equal positions here, so that they tell the place.
+                assert_eq!(positions[vertex.body_vertex as usize].to_array(), vertex.texture_coordinates);
+                assert_eq!(vertex.colour, [0, 100, 200, 255]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_shuffled_correspondence_would_be_noticed() {
+        let (mut triangles, positions) = fine_body(2);
+        triangles.swap(0, 9);
+        let surface = DrawnSurface::new(&appearance(), &triangles, "test").unwrap();
+        let displaced = |vertex: &&DrawnVertex| {
+            positions[vertex.body_vertex as usize].to_array() != vertex.texture_coordinates
+        };
+        assert!(surface.vertices.iter().filter(displaced).count() > 0);
+    }
+
+    #[test]
+    fn a_wrong_number_of_triangles_is_an_error_with_both_numbers() {
+        let error = DrawnSurface::new(&appearance(), &[[0, 1, 2]; 31], "a.glb").unwrap_err();
+        assert_eq!((error.file.as_str(), error.found.as_str()), ("a.glb", "2"));
+        assert!(error.expected.contains("31"));
+    }
+}

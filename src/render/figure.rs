@@ -1,0 +1,186 @@
+//! The figure: static drawn topology, this frame's vertices, albedo, and the pass that lights them.
+
+use super::albedo::Albedo;
+use super::drawn_surface::{DrawnSurface, DrawnVertex};
+use super::surface_vertex::SurfaceVertex;
+use super::targets;
+use glam::Vec3A;
+use std::mem::offset_of;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use wgpu::*;
+
+/// WGSL of the pass.
+pub(super) const SOURCE: &str =
+    concat!(include_str!("globals.wgsl"), include_str!("surface_vertex.wgsl"), include_str!("figure.wgsl"));
+
+/// Attributes of a [`DrawnVertex`], in its order.
+pub(super) const VERTEX_ATTRIBUTES: [VertexAttribute; 3] = [
+    VertexAttribute {
+        format: VertexFormat::Uint32,
+        offset: offset_of!(DrawnVertex, body_vertex) as u64,
+        shader_location: 0,
+    },
+    VertexAttribute {
+        format: VertexFormat::Float32x2,
+        offset: offset_of!(DrawnVertex, texture_coordinates) as u64,
+        shader_location: 1,
+    },
+    VertexAttribute {
+        format: VertexFormat::Unorm8x4,
+        offset: offset_of!(DrawnVertex, colour) as u64,
+        shader_location: 2,
+    },
+];
+
+/// Layout of the buffer of drawn vertices, for a pass that reads `attributes`.
+pub(super) fn vertex_layout(attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
+    VertexBufferLayout {
+        array_stride: size_of::<DrawnVertex>() as u64,
+        step_mode: VertexStepMode::Vertex,
+        attributes,
+    }
+}
+
+/// Group 1: vertices of the frame, albedo and its sampler.
+pub(super) fn group_layout(device: &Device) -> BindGroupLayout {
+    let entry = |binding, visibility, ty| BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+        label: Some("figure"),
+        entries: &[
+            entry(
+                0,
+                ShaderStages::VERTEX,
+                BindingType::Buffer {
+                    ty: BufferBindingType::Storage { read_only: true },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+            ),
+            entry(
+                1,
+                ShaderStages::FRAGMENT,
+                BindingType::Texture {
+                    sample_type: TextureSampleType::Float { filterable: true },
+                    view_dimension: TextureViewDimension::D2,
+                    multisampled: false,
+                },
+            ),
+            entry(2, ShaderStages::FRAGMENT, BindingType::Sampler(SamplerBindingType::Filtering)),
+        ],
+    })
+}
+
+/// The figure's buffers and bindings.
+pub(super) struct Figure {
+    drawn_vertices: Buffer,
+    indices: Buffer,
+    index_count: u32,
+    vertices: Buffer,
+    staging: Vec<SurfaceVertex>,
+    group: BindGroup,
+}
+
+impl Figure {
+    /// `vertex_count` is the body's, on the finest level.
+    pub fn new(
+        device: &Device,
+        layout: &BindGroupLayout,
+        surface: &DrawnSurface,
+        vertex_count: usize,
+        albedo: &Albedo,
+    ) -> Self {
+        let buffer = |label, contents, usage| {
+            device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        let vertices = device.create_buffer(&BufferDescriptor {
+            label: Some("figure: vertices of the frame"),
+            size: (vertex_count * size_of::<SurfaceVertex>()) as u64,
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self {
+            drawn_vertices: buffer(
+                "figure: drawn vertices",
+                bytemuck::cast_slice(&surface.vertices),
+                BufferUsages::VERTEX,
+            ),
+            indices: buffer("figure: triangles", bytemuck::cast_slice(&surface.triangles), BufferUsages::INDEX),
+            index_count: 3 * surface.triangles.len() as u32,
+            group: group(device, layout, &vertices, albedo),
+            vertices,
+            staging: Vec::new(),
+        }
+    }
+
+    /// Replaces the albedo.
+    pub fn set_albedo(&mut self, device: &Device, layout: &BindGroupLayout, albedo: &Albedo) {
+        self.group = group(device, layout, &self.vertices, albedo);
+    }
+
+    /// Uploads this frame's positions (metres) and unit normals, one each for every vertex of the body's finest level.
+    pub fn update(&mut self, queue: &Queue, positions: &[Vec3A], normals: &[Vec3A]) {
+        self.staging.clear();
+        let pairs = positions.iter().zip(normals);
+        self.staging.extend(pairs.map(|(&position, &normal)| SurfaceVertex::new(position, normal)));
+        queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&self.staging));
+    }
+
+    /// Draws all triangles with the pass's pipeline.
+    pub fn draw(&self, pass: &mut RenderPass<'_>) {
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.set_vertex_buffer(0, self.drawn_vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), IndexFormat::Uint32);
+        pass.draw_indexed(0..self.index_count, 0, 0..1);
+    }
+}
+
+fn group(device: &Device, layout: &BindGroupLayout, vertices: &Buffer, albedo: &Albedo) -> BindGroup {
+    device.create_bind_group(&BindGroupDescriptor {
+        label: Some("figure"),
+        layout,
+        entries: &[
+            BindGroupEntry { binding: 0, resource: vertices.as_entire_binding() },
+            BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&albedo.view) },
+            BindGroupEntry { binding: 2, resource: BindingResource::Sampler(&albedo.sampler) },
+        ],
+    })
+}
+
+/// The pipeline that draws the lit figure.
+pub(super) fn pipeline(
+    device: &Device,
+    globals: &BindGroupLayout,
+    figure: &BindGroupLayout,
+    format: TextureFormat,
+) -> RenderPipeline {
+    let module = device.create_shader_module(ShaderModuleDescriptor {
+        label: Some("figure"),
+        source: ShaderSource::Wgsl(SOURCE.into()),
+    });
+    let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+        label: Some("figure"),
+        bind_group_layouts: &[Some(globals), Some(figure)],
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&RenderPipelineDescriptor {
+        label: Some("figure"),
+        layout: Some(&layout),
+        vertex: VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: Default::default(),
+            buffers: &[Some(vertex_layout(&VERTEX_ATTRIBUTES))],
+        },
+        primitive: PrimitiveState { cull_mode: Some(Face::Back), ..Default::default() },
+        depth_stencil: Some(targets::depth_state(true)),
+        multisample: targets::multisample(),
+        fragment: Some(FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

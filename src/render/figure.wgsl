@@ -1,0 +1,66 @@
+// The figure: cloth under a key light, sky, bounce and rim.
+@group(1) @binding(1) var albedo: texture_2d<f32>;
+@group(1) @binding(2) var albedo_sampler: sampler;
+
+struct Fragment {
+    @builtin(position) pixel: vec4f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) texture_coordinates: vec2f,
+    @location(3) colour: vec3f,
+}
+
+@vertex
+fn vertex(
+    @location(0) body_vertex: u32,
+    @location(1) texture_coordinates: vec2f,
+    @location(2) colour: vec4f,
+) -> Fragment {
+    let packed = figure_vertices[body_vertex];
+    let position = unpack_position(packed);
+    return Fragment(
+        globals.clip_from_world * vec4f(position, 1.0),
+        position,
+        unpack_normal(packed),
+        texture_coordinates,
+        colour.rgb,
+    );
+}
+
+// Light wraps this far round, as it does through threads and fuzz.
+const WRAP = 0.18;
+
+@fragment
+fn fragment(in: Fragment) -> @location(0) vec4f {
+    let base = in.colour * textureSample(albedo, albedo_sampler, in.texture_coordinates).rgb;
+    let normal = normalize(in.normal);
+    let to_eye = normalize(globals.eye - in.position);
+    let facing = saturate(dot(normal, to_eye));
+    let towards_key = dot(normal, globals.key_direction);
+
+    // Off the surface by more where the light grazes, so that a texel does not shade itself.
+    let bias = globals.key_texel * (1.5 + 2.5 * (1.0 - saturate(towards_key)));
+    let lifted = in.position + bias * (normal + 0.5 * globals.key_direction);
+    let visible = key_visibility(lifted, in.pixel.xy, 0.03);
+    let key = saturate((towards_key + WRAP) / (1.0 + WRAP)) * mix(1.0, visible, saturate(8.0 * (towards_key + WRAP)));
+
+    let sky = 0.5 + 0.5 * normal.y;
+    // The nearer the floor, the less sky.
+    let height = saturate(in.position.y / 0.9);
+    let ambient = mix(globals.bounce_colour, globals.sky_colour, sky) * mix(0.72, 1.0, height);
+
+    let edge = 1.0 - facing;
+    let edge_squared = edge * edge;
+    let back = saturate(0.55 - 0.8 * dot(normal, globals.key_direction));
+    let rim = edge_squared * edge * back * (0.35 + 0.65 * sky);
+    let sheen = 0.16 * edge_squared * edge_squared;
+
+    // A broad, faint highlight (Blinn-Phong): cloth is never quite matt.
+    let half_way = normalize(globals.key_direction + to_eye);
+    let gloss = 0.035 * pow(saturate(dot(normal, half_way)), 18.0) * key;
+
+    let light = globals.key_colour * key + ambient;
+    let colour = base * light * 0.78 + (sheen * light + gloss * globals.key_colour) * (0.25 + 0.75 * base)
+        + rim * globals.rim_colour * (0.2 + 0.8 * base);
+    return vec4f(tone_map(colour), 1.0);
+}

@@ -1,0 +1,93 @@
+//! What every pass of the picture shares: camera, lights, maps, colours.
+
+use super::camera::OrbitCamera;
+use super::light::{self, Bounds, KEY_DIRECTION};
+use glam::{Mat4, Vec3};
+
+/// Colours around the figure. Linear RGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Theme {
+    /// Backdrop at the bottom of the picture.
+    pub backdrop_low: Vec3,
+    /// Backdrop at the top.
+    pub backdrop_high: Vec3,
+    /// The lit floor.
+    pub floor: Vec3,
+    /// How dark the floor gets in shadow, 0 ..= 1.
+    pub shadow_strength: f32,
+}
+
+impl Theme {
+    /// A pale studio.
+    pub const LIGHT: Self = Self {
+        backdrop_low: Vec3::new(0.76, 0.77, 0.79),
+        backdrop_high: Vec3::new(0.87, 0.89, 0.92),
+        floor: Vec3::new(0.82, 0.82, 0.82),
+        shadow_strength: 0.55,
+    };
+    /// A dim one.
+    pub const DARK: Self = Self {
+        backdrop_low: Vec3::new(0.020, 0.021, 0.025),
+        backdrop_high: Vec3::new(0.009, 0.010, 0.013),
+        floor: Vec3::new(0.052, 0.054, 0.060),
+        shadow_strength: 0.8,
+    };
+}
+
+/// Host twin of `Globals` in globals.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Globals {
+    pub clip_from_world: Mat4,
+    pub key_from_world: Mat4,
+    pub below_from_world: Mat4,
+    pub eye: Vec3,
+    pub key_texel: f32,
+    pub key_direction: Vec3,
+    pub key_depth: f32,
+    pub key_colour: Vec3,
+    pub below_width: f32,
+    pub sky_colour: Vec3,
+    pub floor_radius: f32,
+    pub bounce_colour: Vec3,
+    pub shadow_strength: f32,
+    pub rim_colour: Vec3,
+    pub floor_x: f32,
+    pub floor_colour: Vec3,
+    pub floor_z: f32,
+    pub backdrop_low: Vec3,
+    pub padding_0: f32,
+    pub backdrop_high: Vec3,
+    pub padding_1: f32,
+}
+
+impl Globals {
+    /// For a figure within `bounds`, seen by `camera` in a picture of `aspect` = width / height, with a key map of `key_size` texels.
+    pub fn new(camera: &OrbitCamera, aspect: f32, bounds: Bounds, theme: &Theme, key_size: u32) -> Self {
+        let key_from_world = light::key_from_world(bounds);
+        let below_from_world = light::below_from_world(bounds);
+        Self {
+            clip_from_world: camera.clip_from_world(aspect),
+            key_from_world,
+            below_from_world,
+            eye: camera.eye(aspect),
+            key_texel: light::texel_metres(key_from_world, key_size),
+            key_direction: KEY_DIRECTION.normalize(),
+            key_depth: 4.0 * bounds.radius(),
+            key_colour: 2.55 * Vec3::new(1.0, 0.965, 0.91),
+            below_width: light::texel_metres(below_from_world, 1),
+            sky_colour: 0.62 * Vec3::new(0.86, 0.94, 1.08),
+            floor_radius: 5.0,
+            bounce_colour: 0.34 * Vec3::new(1.0, 0.95, 0.9),
+            shadow_strength: theme.shadow_strength,
+            rim_colour: 0.55 * Vec3::new(0.95, 0.98, 1.05),
+            floor_x: camera.target().x,
+            floor_colour: theme.floor,
+            floor_z: camera.target().z,
+            backdrop_low: theme.backdrop_low,
+            padding_0: 0.0,
+            backdrop_high: theme.backdrop_high,
+            padding_1: 0.0,
+        }
+    }
+}

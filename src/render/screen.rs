@@ -1,0 +1,172 @@
+//! A canvas as something to draw on: WebGPU's adapter, device and surface, and what goes wrong with them.
+
+use std::sync::{Arc, Mutex};
+use wasm_bindgen::{JsCast, JsValue};
+use wgpu::*;
+
+/// Why nothing can be drawn, or no longer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScreenError {
+    /// The browser has no WebGPU, or no adapter for it.
+    #[error("WebGPU is not available: {0}")]
+    Unsupported(String),
+    /// The value given is no canvas, or it is in other use.
+    #[error("canvas: expected an OffscreenCanvas or a canvas element that nothing draws on yet, found {0}")]
+    Canvas(String),
+    /// The device is gone: the driver restarted, or the browser took it away.
+    #[error("the graphics device was lost: {0}")]
+    Lost(String),
+    /// The GPU refused a command or ran out of memory.
+    #[error("the graphics device reported an error: {0}")]
+    Device(String),
+}
+
+impl ScreenError {
+    /// A short word for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Unsupported(_) => "unsupported",
+            Self::Canvas(_) => "canvas",
+            Self::Lost(_) => "device-lost",
+            Self::Device(_) => "device",
+        }
+    }
+}
+
+/// The first thing that went wrong, told by WebGPU's callbacks.
+type Fault = Arc<Mutex<Option<ScreenError>>>;
+
+/// A canvas and the device that draws on it.
+pub struct Screen {
+    surface: Surface<'static>,
+    device: Device,
+    queue: Queue,
+    configuration: SurfaceConfiguration,
+    configured: bool,
+    fault: Fault,
+}
+
+impl Screen {
+    /// Asks for a device that can draw on `canvas`. Nothing beyond WebGPU's default limits is wanted.
+    pub async fn new(canvas: JsValue) -> Result<Self, ScreenError> {
+        let instance = util::new_instance_with_webgpu_detection(InstanceDescriptor {
+            backends: Backends::BROWSER_WEBGPU,
+            ..InstanceDescriptor::new_without_display_handle()
+        })
+        .await;
+        let surface =
+            instance.create_surface(target(canvas)?).map_err(|error| ScreenError::Canvas(error.to_string()))?;
+        let adapter = instance
+            .request_adapter(&RequestAdapterOptions {
+                power_preference: PowerPreference::HighPerformance,
+                compatible_surface: Some(&surface),
+                ..Default::default()
+            })
+            .await
+            .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
+        let (device, queue) = adapter
+            .request_device(&DeviceDescriptor::default())
+            .await
+            .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
+        let fault = watch(&device);
+        let configuration = configuration(&surface, &adapter)?;
+        Ok(Self { surface, device, queue, configuration, configured: false, fault })
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Its queue.
+    pub fn queue(&self) -> &Queue {
+        &self.queue
+    }
+
+    /// Format of the views that [`Self::present`] hands out: sRGB.
+    pub fn view_format(&self) -> TextureFormat {
+        self.configuration.format.add_srgb_suffix()
+    }
+
+    /// Sets the picture's size, pixels. Nothing is drawn while either is zero.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        let limit = self.device.limits().max_texture_dimension_2d;
+        self.configuration.width = size[0].min(limit);
+        self.configuration.height = size[1].min(limit);
+        self.configured = false;
+    }
+
+    /// Lets `draw` fill the next picture, given its view and its size, and shows it. Returns whether there was one to fill.
+    pub fn present(&mut self, draw: impl FnOnce(&TextureView, [u32; 2])) -> bool {
+        let size = [self.configuration.width, self.configuration.height];
+        if size.contains(&0) {
+            return false;
+        }
+        if !self.configured {
+            self.surface.configure(&self.device, &self.configuration);
+            self.configured = true;
+        }
+        let (CurrentSurfaceTexture::Success(picture) | CurrentSurfaceTexture::Suboptimal(picture)) =
+            self.surface.get_current_texture()
+        else {
+            self.configured = false;
+            return false;
+        };
+        let format = Some(self.view_format());
+        draw(&picture.texture.create_view(&TextureViewDescriptor { format, ..Default::default() }), size);
+        self.queue.present(picture);
+        true
+    }
+
+    /// The first error since the start, if there was one.
+    pub fn check(&self) -> Result<(), ScreenError> {
+        let fault = self.fault.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        fault.clone().map_or(Ok(()), Err)
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        self.device.destroy();
+    }
+}
+
+fn target(canvas: JsValue) -> Result<SurfaceTarget<'static>, ScreenError> {
+    let canvas = match canvas.dyn_into::<web_sys::OffscreenCanvas>() {
+        Ok(canvas) => return Ok(SurfaceTarget::OffscreenCanvas(canvas)),
+        Err(other) => other,
+    };
+    match canvas.dyn_into::<web_sys::HtmlCanvasElement>() {
+        Ok(canvas) => Ok(SurfaceTarget::Canvas(canvas)),
+        Err(other) => Err(ScreenError::Canvas(format!("{other:?}"))),
+    }
+}
+
+fn configuration(surface: &Surface<'_>, adapter: &Adapter) -> Result<SurfaceConfiguration, ScreenError> {
+    let mut configuration = surface
+        .get_default_config(adapter, 0, 0)
+        .ok_or_else(|| ScreenError::Unsupported("the adapter cannot draw on a canvas".into()))?;
+    configuration.format = configuration.format.remove_srgb_suffix();
+    configuration.view_formats = vec![configuration.format.add_srgb_suffix()];
+    configuration.alpha_mode = CompositeAlphaMode::Opaque;
+    Ok(configuration)
+}
+
+/// Keeps the first error of `device`.
+fn watch(device: &Device) -> Fault {
+    let fault = Fault::default();
+    let keep = |fault: &Fault, error| {
+        fault.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
+    };
+    let of_errors = fault.clone();
+    device.on_uncaptured_error(Arc::new(move |error: Error| {
+        keep(&of_errors, ScreenError::Device(error.to_string()));
+    }));
+    let of_loss = fault.clone();
+    device.set_device_lost_callback(move |reason, message| {
+        if reason != DeviceLostReason::Destroyed {
+            keep(&of_loss, ScreenError::Lost(message));
+        }
+    });
+    fault
+}

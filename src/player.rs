@@ -112,8 +112,8 @@ impl Player {
 
     /// Vertices of the finest level.
     pub fn vertex_count(&self) -> usize {
-        let triangles = self.animator.triangles().iter().flatten();
-        triangles.max().map_or(0, |&last| last as usize + 1)
+        let subdivision = self.animator.subdivision();
+        subdivision.vertex_count(subdivision.level_count())
     }
 
     /// Triangles of the finest level.
@@ -123,7 +123,7 @@ impl Player {
 
     /// The avatar.
     pub fn avatar(&self) -> &Avatar {
-        &self.avatar
+        self.animator.avatar()
     }
 }
 

@@ -1,2 +1,87 @@
-#![allow(missing_docs)]
-fn main() {}
+//! The task runner: `cargo xtask play | test | …`, one set of steps for people and for continuous integration.
+
+mod browser;
+mod check;
+mod command;
+mod lint;
+mod picture;
+mod play;
+mod progress;
+mod serve;
+mod setup;
+mod site;
+mod test;
+mod toolchain;
+mod wasm;
+mod workspace;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Builds, shows and checks crease. Whatever a task needs is installed first.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Build the web module, serve the demo page on this machine and open it
+    Play(play::Options),
+    /// Run every test and lint, native and in a headless browser
+    Test,
+    /// Run the lints only: fmt, clippy, biome, tsc
+    Lint,
+    /// Install what is missing: system packages, npm packages, the wasm target
+    Setup,
+    /// Build web/pkg/ (wasm and its bindings) and web/dist/ (the element)
+    BuildWeb,
+    /// Run one wasm test executable in a headless browser; cargo calls this
+    #[command(hide = true, disable_help_flag = true)]
+    WasmTestRunner {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) if command::interrupted() => {
+            eprintln!("stopped");
+            ExitCode::from(130)
+        }
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(task: Task) -> Result<()> {
+    if let Task::WasmTestRunner { arguments } = task {
+        return browser::run_wasm_tests(arguments);
+    }
+    command::stop_on_interrupt()?;
+    match task {
+        Task::Play(options) => play::run(&options),
+        Task::Test => test::run(),
+        Task::Lint => {
+            let toolchain = setup::everything()?;
+            wasm::build(toolchain)?;
+            lint::run(toolchain)
+        }
+        Task::Setup => setup::everything().map(drop),
+        Task::BuildWeb => {
+            let toolchain = setup::for_building()?;
+            wasm::build(toolchain)?;
+            wasm::build_element()
+        }
+        Task::WasmTestRunner { .. } => unreachable!("handled above"),
+    }
+}

@@ -1,0 +1,61 @@
+//! The headless browser: where it is, and the flags that give it WebGPU without a graphics card.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use anyhow::{Context, Result};
+
+use crate::{command, workspace};
+
+/// With fewer of these the adapter is null or the canvas stays blank.
+pub const FLAGS: [&str; 12] = [
+    "--headless=new",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--enable-unsafe-webgpu",
+    "--enable-features=Vulkan",
+    "--use-vulkan=swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+];
+
+/// Chromium, under the names that systems give it.
+pub fn chromium() -> Option<PathBuf> {
+    ["chromium", "chromium-browser", "google-chrome"].into_iter().find_map(command::find)
+}
+
+/// The program through which wasm tests steer Chromium.
+pub fn driver() -> Option<PathBuf> {
+    command::find("chromedriver")
+}
+
+/// Sets up a wasm `cargo test` so that its tests run in headless Chromium, steered by this very program.
+pub fn configure_wasm_tests(cargo: &mut Command) -> Result<()> {
+    let this_program = std::env::current_exe().context("cannot find the task runner itself")?;
+    let runner = serde_json::json!([this_program, "wasm-test-runner"]);
+    // A JSON list of strings is a TOML list too.
+    cargo.arg("--config").arg(format!("target.wasm32-unknown-unknown.runner={runner}"));
+
+    let chromium = chromium().context("chromium is not installed")?;
+    let driver = driver().context("chromedriver is not installed")?;
+    let capabilities = serde_json::json!({ "goog:chromeOptions": { "binary": chromium, "args": FLAGS } });
+    let file = workspace::wasm_target().join("webdriver.json");
+    fs::write(&file, capabilities.to_string())
+        .with_context(|| format!("cannot write {}", workspace::relative(&file)))?;
+    cargo.env("WASM_BINDGEN_TEST_WEBDRIVER_JSON", file).env("CHROMEDRIVER", driver);
+    // The browser may start slowly on a busy machine.
+    cargo.env("WASM_BINDGEN_TEST_DRIVER_TIMEOUT", "60").env("WASM_BINDGEN_TEST_TIMEOUT", "300");
+    Ok(())
+}
+
+/// wasm-bindgen's test runner, of the version that Cargo.lock pins.
+pub fn run_wasm_tests(arguments: Vec<OsString>) -> Result<()> {
+    let name = OsString::from("wasm-bindgen-test-runner");
+    wasm_bindgen_cli::wasm_bindgen_test_runner::run_cli_with_args(std::iter::once(name).chain(arguments))
+}

@@ -1,0 +1,48 @@
+//! The lints: rustfmt, clippy, biome, tsc.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::toolchain::Toolchain;
+use crate::{command, progress, wasm};
+
+/// Runs every lint; the first that complains ends it. The wasm bindings must have been built: tsc reads their types.
+pub fn run(toolchain: Toolchain) -> Result<()> {
+    components()?;
+    step("cargo fmt", command::cargo("fmt").args(["--all", "--check"]))?;
+    step("cargo clippy", command::cargo("clippy").args(["--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    step("cargo clippy, wasm", &mut wasm_lint(toolchain))?;
+    step("biome", &mut wasm::npm_script("lint"))?;
+    step("tsc", &mut wasm::npm_script("check"))
+}
+
+/// Debian's compiler comes without clippy: there the wasm code is checked by the compiler alone.
+fn wasm_lint(toolchain: Toolchain) -> Command {
+    let what = ["--package", "crease", "--lib", "--no-default-features", "--features", "web"];
+    match toolchain {
+        Toolchain::Active => {
+            let mut clippy = toolchain.cargo("clippy");
+            clippy.args(what).args(["--", "-D", "warnings"]);
+            clippy
+        }
+        Toolchain::Debian => {
+            let mut check = toolchain.cargo("check");
+            check.args(what);
+            check
+        }
+    }
+}
+
+/// rustup's minimal profile has neither rustfmt nor clippy.
+fn components() -> Result<()> {
+    let is_there = |name: &str| command::output(command::cargo(name).arg("--version")).is_ok();
+    if is_there("fmt") && is_there("clippy") {
+        return Ok(());
+    }
+    step("rustfmt and clippy", command::program("rustup").args(["component", "add", "rustfmt", "clippy"]))
+}
+
+fn step(name: &str, command: &mut Command) -> Result<()> {
+    progress::aloud(name, || command::run(command))
+}

@@ -1,0 +1,53 @@
+//! `test`: everything that must hold, step by step. The first failure ends it.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Result, bail, ensure};
+
+use crate::toolchain::Toolchain;
+use crate::{browser, check, command, lint, progress, setup, wasm, workspace};
+
+/// The small page on which the whole way from pose to pixels is checked.
+const PAGE: &str = "tests/pages/tiny.html";
+
+/// A page whose avatar does not exist: the check must say so.
+const BROKEN_PAGE: &str = "tests/pages/broken.html";
+
+/// Installs what is missing and runs every test and lint.
+pub fn run() -> Result<()> {
+    let toolchain = setup::everything()?;
+    wasm::build(toolchain)?;
+    wasm::build_element()?;
+    lint::run(toolchain)?;
+    let mut native = command::cargo("test");
+    step("native tests", native.arg("--workspace"))?;
+    step("wasm tests in headless Chromium", &mut wasm_tests(toolchain)?)?;
+    step("glTF validator", command::program("node").arg("tests/validate_glb.mjs"))?;
+    progress::aloud("end-to-end page", end_to_end)?;
+    eprintln!("Everything passed.");
+    Ok(())
+}
+
+/// Runs a step whose output is this task's result.
+fn step(name: &str, command: &mut Command) -> Result<()> {
+    progress::aloud(name, || command::run(command.stdout(Stdio::inherit())))
+}
+
+fn wasm_tests(toolchain: Toolchain) -> Result<Command> {
+    let mut cargo = toolchain.cargo("test");
+    cargo.args(["--package", "crease", "--test", "wasm", "--no-default-features"]);
+    browser::configure_wasm_tests(&mut cargo)?;
+    Ok(cargo)
+}
+
+fn end_to_end() -> Result<()> {
+    let folder = workspace::wasm_target();
+    let report = check::run(Path::new(PAGE), &folder.join("tiny.png"))?;
+    println!("{}", report.to_json());
+    match check::run(Path::new(BROKEN_PAGE), &folder.join("broken.png")) {
+        Ok(_) => bail!("{BROKEN_PAGE} passed the check, expected a failure"),
+        Err(error) => ensure!(format!("{error:#}").contains("no-such-avatar.glb"), "{BROKEN_PAGE}: {error:#}"),
+    }
+    Ok(())
+}

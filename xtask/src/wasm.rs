@@ -1,0 +1,99 @@
+//! The web module: cargo, then wasm-bindgen, then wasm-opt; and the element around it.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::toolchain::Toolchain;
+use crate::{command, progress, workspace};
+
+const MODULE: &str = "crease_bg.wasm";
+
+/// What the compiler may use: everywhere in browsers since 2023.
+const WASM_FEATURES: [&str; 7] = [
+    "--enable-simd",
+    "--enable-bulk-memory",
+    "--enable-nontrapping-float-to-int",
+    "--enable-sign-ext",
+    "--enable-mutable-globals",
+    "--enable-reference-types",
+    "--enable-multivalue",
+];
+
+/// Builds `crease` with its `web` feature into web/pkg/. Does nothing beyond asking cargo when nothing changed.
+pub fn build(toolchain: Toolchain) -> Result<()> {
+    progress::aloud("Compiling the wasm module", || {
+        let mut cargo = toolchain.cargo("build");
+        cargo.args(["--package", "crease", "--lib", "--no-default-features", "--features", "web"]);
+        command::run(cargo.args(["--profile", "web"]))
+    })?;
+    let compiled = toolchain.output_folder("web").join("crease.wasm");
+    let package = workspace::web().join("pkg");
+    if is_newer(&package.join(MODULE), &compiled) {
+        return Ok(());
+    }
+    let aside = workspace::wasm_target().join("pkg");
+    if aside.exists() {
+        fs::remove_dir_all(&aside).with_context(|| format!("cannot clear {}", workspace::relative(&aside)))?;
+    }
+    progress::quietly("Writing the bindings", || bind(&compiled, &aside))?;
+    progress::quietly("Optimising the wasm module", || optimise(&aside.join(MODULE)))?;
+    replace(&aside, &package)
+}
+
+/// Compiles the element's TypeScript into web/dist/.
+pub fn build_element() -> Result<()> {
+    progress::quietly("Compiling the element", || command::run(&mut npm_script("build")))
+}
+
+/// A script of web/package.json.
+pub fn npm_script(name: &str) -> std::process::Command {
+    let mut npm = command::program("npm");
+    npm.args(["run", "--silent", name, "--prefix"]).arg(workspace::web());
+    npm
+}
+
+fn bind(compiled: &Path, folder: &Path) -> Result<()> {
+    let words = ["wasm-bindgen", "--target", "web", "--out-name", "crease", "--out-dir"].map(Path::new);
+    wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(words.into_iter().chain([folder, compiled]))
+        .with_context(|| format!("wasm-bindgen cannot read {}", workspace::relative(compiled)))
+}
+
+fn optimise(module: &Path) -> Result<()> {
+    let before = fs::metadata(module)?.len();
+    let optimised = module.with_extension("optimised");
+    let mut wasm_opt = command::program(workspace::web().join("node_modules/.bin/wasm-opt"));
+    wasm_opt.arg(module).arg("-o").arg(&optimised).arg("-O3").args(WASM_FEATURES);
+    command::run(&mut wasm_opt)?;
+    let after = fs::metadata(&optimised)?.len();
+    fs::rename(&optimised, module)?;
+    eprintln!("   {MODULE}: {} kB, was {} kB before optimising", after / 1000, before / 1000);
+    Ok(())
+}
+
+fn is_newer(product: &Path, source: &Path) -> bool {
+    let time = |path: &Path| fs::metadata(path).and_then(|data| data.modified());
+    matches!((time(product), time(source)), (Ok(product), Ok(source)) if product > source)
+}
+
+/// Puts the finished folder where the old one was.
+fn replace(finished: &Path, destination: &Path) -> Result<()> {
+    let named = |what: &str| format!("cannot {what} {}", workspace::relative(destination));
+    if destination.exists() {
+        fs::remove_dir_all(destination).with_context(|| named("clear"))?;
+    }
+    fs::rename(finished, destination).with_context(|| named("write"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_product_is_never_newer() {
+        let source = workspace::root().join("Cargo.toml");
+        assert!(!is_newer(&workspace::root().join("no-such-file"), &source));
+        assert!(!is_newer(&source, &source), "the same time counts as old");
+    }
+}

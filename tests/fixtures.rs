@@ -49,10 +49,13 @@ fn another_pose_is_told_apart() {
 }
 
 #[test]
-fn the_fixtures_rewrite_to_the_same_bytes() {
+fn the_fixtures_say_the_same_when_written_again() {
     for name in ["tiny.glb", "tiny_plain.glb"] {
         let file = fixture(name);
-        let rewritten = Avatar::read(&file, name).unwrap().write();
+        let avatar = Avatar::read(&file, name).unwrap();
+        let rewritten = avatar.write();
+        // The rest pose's positions, which no reader of avatars uses, may round otherwise on another machine.
         assert_eq!(rewritten.len(), file.len(), "{name}");
+        assert!(Avatar::read(&rewritten, name).unwrap() == avatar, "{name}");
     }
 }

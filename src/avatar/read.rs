@@ -216,11 +216,11 @@ impl Reader<'_> {
             let node = self.entry(&self.document.nodes, node, "skin.joints")?;
             names.push(node.name.clone());
             for child in &node.children {
-                if let Some(child) = skin.joints.iter().position(|node| node == child) {
-                    if let Some(parent) = parents[child].replace(joint) {
-                        let found = format!("joints {parent} and {joint}");
-                        return Err(self.error("skin.joints", format!("one parent of joint {child}"), found));
-                    }
+                if let Some(child) = skin.joints.iter().position(|node| node == child)
+                    && let Some(parent) = parents[child].replace(joint)
+                {
+                    let found = format!("joints {parent} and {joint}");
+                    return Err(self.error("skin.joints", format!("one parent of joint {child}"), found));
                 }
             }
         }

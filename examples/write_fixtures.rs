@@ -12,7 +12,6 @@ use crease::body::Pose;
 use crease::fixture;
 use crease::rotation::axis_angle_from_quat;
 use crease::solver::Stop;
-use glam::Vec3;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -25,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let angles: Vec<f32> = bent.rotations.iter().flat_map(|&q| axis_angle_from_quat(q).to_array()).collect();
     let pose_json = serde_json::json!({ "pose": angles, "translation": bent.translation.to_array() });
     fs::write(folder.join("tiny.pose.json"), format!("{pose_json:#}\n"))?;
-    let pose = Pose::from_axis_angle(&angles, Vec3::from(bent.translation));
+    let pose = Pose::from_axis_angle(&angles, bent.translation);
 
     for (name, avatar) in [("tiny", fixture::compact_avatar()), ("tiny_plain", fixture::plain_avatar())] {
         let file = avatar.write();

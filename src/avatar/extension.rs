@@ -90,8 +90,8 @@ impl Number {
     }
 }
 
-#[derive(Serialize, Deserialize)]
 /// A surface function.
+#[derive(Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", rename_all_fields = "camelCase")]
 #[expect(clippy::large_enum_variant, reason = "a file has two of them")]
 pub enum Function {

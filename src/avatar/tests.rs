@@ -219,8 +219,11 @@ fn numbers_out_of_range_are_named() {
     let read = |file: Vec<u8>| Avatar::read(&file, "test.glb").expect_err("the file is wrong").field;
     let field = read(with_bytes(&file, |j| crease(j)["rest"]["bufferView"].clone(), |b| b[..4].copy_from_slice(&nan)));
     assert_eq!(field, "rest[0]");
-    let field =
-        read(with_bytes(&file, |j| crease(j)["anchors"]["bufferView"].clone(), |b| b[..4].copy_from_slice(&[9, 0, 3, 0])));
+    let field = read(with_bytes(
+        &file,
+        |j| crease(j)["anchors"]["bufferView"].clone(),
+        |b| b[..4].copy_from_slice(&[9, 0, 3, 0]),
+    ));
     assert_eq!(field, "anchors");
     let field = read(with_bytes(&file, |j| crease(j)["drawnVertices"]["bufferView"].clone(), |b| b[..2].fill(0xff)));
     assert_eq!(field, "drawnVertices");

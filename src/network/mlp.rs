@@ -150,8 +150,10 @@ fn add_rows<const N: usize>(
     let rows: [&[f32]; N] = std::array::from_fn(|n| &weight[(o + n) * stride..][..input_count]);
     for tile in 0..BATCH / LANES {
         let x = &x[tile * input_count * LANES..][..input_count * LANES];
+        let x = x.as_chunks::<LANES>().0;
+        let rows = rows.map(|row| &row[..x.len()]);
         let mut sums = [[0.0f32; LANES]; N];
-        for (i, lanes) in x.as_chunks::<LANES>().0.iter().enumerate() {
+        for (i, lanes) in x.iter().enumerate() {
             for n in 0..N {
                 let w = rows[n][i];
                 for lane in 0..LANES {

@@ -130,7 +130,7 @@ impl Viewer {
     /// Whether the next frame will differ from the last.
     #[wasm_bindgen(getter)]
     pub fn moving(&self) -> bool {
-        self.redraw || self.player.clock.playing() || !self.camera.settled()
+        self.redraw || self.player.clock.running() || !self.camera.settled()
     }
 
     /// Throws if the GPU has reported an error or was lost.
@@ -280,11 +280,9 @@ fn screen_error(error: &ScreenError) -> Error {
     named(error.code(), error)
 }
 
-fn milliseconds() -> f64 {
-    // Window and worker scopes both have `performance`.
-    thread_local! {
-        static PERFORMANCE: Option<web_sys::Performance> =
-            Reflect::get(&js_sys::global(), &"performance".into()).ok().and_then(|value| value.dyn_into().ok());
-    }
-    PERFORMANCE.with(|performance| performance.as_ref().map_or(0.0, web_sys::Performance::now))
+#[wasm_bindgen]
+extern "C" {
+    /// A clock of this thread that never goes back.
+    #[wasm_bindgen(js_namespace = performance, js_name = now)]
+    fn milliseconds() -> f64;
 }

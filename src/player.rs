@@ -50,7 +50,8 @@ impl Player {
             motion: None,
             standing,
             clock: Clock::default(),
-            options: Options::default(),
+            // Poses follow each other, so the last frame is a good first guess for the solver.
+            options: Options { warm_start: true, ..Options::default() },
             shown: None,
             positions: Vec::new(),
             normals: Vec::new(),

@@ -60,6 +60,11 @@ impl Clock {
         self.playing
     }
 
+    /// Whether time runs and there is a motion for it to run through.
+    pub fn running(&self) -> bool {
+        self.playing && self.duration > 0.0
+    }
+
     /// Starts time; from the beginning if the motion has ended.
     pub fn play(&mut self) {
         if self.at_end() {
@@ -87,7 +92,7 @@ impl Clock {
 
     /// Lets `seconds` of real time pass. At the end of a motion that does not loop, time stops.
     pub fn advance(&mut self, seconds: f64) {
-        if !self.playing || self.duration == 0.0 || !seconds.is_finite() {
+        if !self.running() || !seconds.is_finite() {
             return;
         }
         let next = self.seconds + seconds * self.rate;
@@ -186,6 +191,6 @@ mod tests {
         let mut clock = clock(0.0);
         clock.play();
         clock.advance(1.0);
-        assert_eq!((clock.seconds(), clock.ended()), (0.0, false));
+        assert_eq!((clock.seconds(), clock.ended(), clock.running()), (0.0, false, false));
     }
 }

@@ -79,16 +79,9 @@ impl DepthMap {
     }
 }
 
-fn pipeline(
-    device: &Device,
-    label: &str,
-    layout: &BindGroupLayout,
-    figure_layout: &BindGroupLayout,
-) -> RenderPipeline {
-    let module = device.create_shader_module(ShaderModuleDescriptor {
-        label: Some(label),
-        source: ShaderSource::Wgsl(SOURCE.into()),
-    });
+fn pipeline(device: &Device, label: &str, layout: &BindGroupLayout, figure_layout: &BindGroupLayout) -> RenderPipeline {
+    let module = device
+        .create_shader_module(ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(SOURCE.into()) });
     let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
         label: Some(label),
         bind_group_layouts: &[Some(layout), Some(figure_layout)],

@@ -113,8 +113,7 @@ mod tests {
 
     /// Two triangles that share the edge 1–2, torn apart along it by a texture seam: six drawn vertices for four of the body.
     const BODY: [Triangle; 2] = [[0, 1, 2], [2, 1, 3]];
-    const POSITIONS: [Vec2; 4] =
-        [Vec2::new(0.0, 0.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0)];
+    const POSITIONS: [Vec2; 4] = [Vec2::new(0.0, 0.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0)];
 
     fn appearance() -> Appearance {
         let drawn_vertices = vec![0, 1, 2, 2, 1, 3];
@@ -157,9 +156,8 @@ mod tests {
         let (mut triangles, positions) = fine_body(2);
         triangles.swap(0, 9);
         let surface = DrawnSurface::new(&appearance(), &triangles, "test").unwrap();
-        let displaced = |vertex: &&DrawnVertex| {
-            positions[vertex.body_vertex as usize].to_array() != vertex.texture_coordinates
-        };
+        let displaced =
+            |vertex: &&DrawnVertex| positions[vertex.body_vertex as usize].to_array() != vertex.texture_coordinates;
         assert!(surface.vertices.iter().filter(displaced).count() > 0);
     }
 

@@ -34,11 +34,7 @@ pub(super) const VERTEX_ATTRIBUTES: [VertexAttribute; 3] = [
 
 /// Layout of the buffer of drawn vertices, for a pass that reads `attributes`.
 pub(super) fn vertex_layout(attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
-    VertexBufferLayout {
-        array_stride: size_of::<DrawnVertex>() as u64,
-        step_mode: VertexStepMode::Vertex,
-        attributes,
-    }
+    VertexBufferLayout { array_stride: size_of::<DrawnVertex>() as u64, step_mode: VertexStepMode::Vertex, attributes }
 }
 
 /// Group 1: vertices of the frame, albedo and its sampler.

@@ -121,11 +121,8 @@ fn globals_layout(device: &Device) -> BindGroupLayout {
         view_dimension: TextureViewDimension::D2,
         multisampled: false,
     };
-    let uniform = BindingType::Buffer {
-        ty: BufferBindingType::Uniform,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
+    let uniform =
+        BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
     let entry = |binding, visibility, ty| BindGroupLayoutEntry { binding, visibility, ty, count: None };
     device.create_bind_group_layout(&BindGroupLayoutDescriptor {
         label: Some("globals"),

@@ -34,7 +34,9 @@ fn a_broken_shader_is_refused() {
 
 #[test]
 fn a_shader_beyond_the_baseline_is_refused() {
-    assert!(validate("var<immediate> x: f32; @fragment fn fragment() -> @location(0) vec4f { return vec4f(x); }").is_err());
+    assert!(
+        validate("var<immediate> x: f32; @fragment fn fragment() -> @location(0) vec4f { return vec4f(x); }").is_err()
+    );
 }
 
 /// Byte offset of each member of the structure `name` in `source`.

@@ -49,7 +49,7 @@ impl Viewer {
         let screen = Screen::new(canvas).await.map_err(|error| screen_error(&error))?;
         let vertex_count = player.vertex_count();
         let (device, queue) = (screen.device().clone(), screen.queue().clone());
-        let renderer = Renderer::new(device, queue, screen.view_format(), &surface, vertex_count);
+        let renderer = Renderer::new(device, queue, screen.format(), &surface, vertex_count);
         Ok(Self {
             player,
             camera: OrbitCamera::default(),

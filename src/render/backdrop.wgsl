@@ -24,7 +24,7 @@ fn sky_vertex(@builtin(vertex_index) index: u32) -> Sky {
 @fragment
 fn sky_fragment(in: Sky) -> @location(0) vec4f {
     let colour = backdrop(in.height);
-    return vec4f(colour + dither(in.pixel.xy) * sqrt(colour), 1.0);
+    return vec4f(encode_srgb(colour) + dither(in.pixel.xy), 1.0);
 }
 
 struct Floor {
@@ -45,11 +45,11 @@ fn floor_vertex(@builtin(vertex_index) index: u32) -> Floor {
 fn floor_fragment(in: Floor) -> @location(0) vec4f {
     let away = in.position.xz - vec2f(globals.floor_x, globals.floor_z);
     let share = length(away) / globals.floor_radius;
-    let fade = 1.0 - smoothstep(0.15, 1.0, share);
+    // A pool of light that has faded into the backdrop well before the floor ends.
+    let fade = exp(-7.0 * share * share) * (1.0 - smoothstep(0.7, 1.0, share));
     let visible = key_visibility(in.position, in.pixel.xy, 0.12);
     let open = floor_openness(in.position, in.pixel.xy);
     let light = mix(1.0, visible, globals.shadow_strength) * mix(1.0, open, globals.shadow_strength);
-    let pool = 1.0 - 0.18 * smoothstep(0.0, 0.8, share);
-    let colour = globals.floor_colour * pool * light;
-    return vec4f(colour + dither(in.pixel.xy) * sqrt(colour), fade);
+    let colour = globals.floor_colour * light;
+    return vec4f(encode_srgb(colour) + dither(in.pixel.xy), fade);
 }

@@ -62,5 +62,5 @@ fn fragment(in: Fragment) -> @location(0) vec4f {
     let light = globals.key_colour * key + ambient;
     let colour = base * light * 0.78 + (sheen * light + gloss * globals.key_colour) * (0.25 + 0.75 * base)
         + rim * globals.rim_colour * (0.2 + 0.8 * base);
-    return vec4f(tone_map(colour), 1.0);
+    return vec4f(encode_srgb(tone_map(colour)), 1.0);
 }

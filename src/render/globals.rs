@@ -20,16 +20,16 @@ pub struct Theme {
 impl Theme {
     /// A pale studio.
     pub const LIGHT: Self = Self {
-        backdrop_low: Vec3::new(0.76, 0.77, 0.79),
+        backdrop_low: Vec3::new(0.74, 0.75, 0.77),
         backdrop_high: Vec3::new(0.87, 0.89, 0.92),
-        floor: Vec3::new(0.82, 0.82, 0.82),
-        shadow_strength: 0.55,
+        floor: Vec3::new(0.84, 0.845, 0.855),
+        shadow_strength: 0.6,
     };
     /// A dim one.
     pub const DARK: Self = Self {
         backdrop_low: Vec3::new(0.020, 0.021, 0.025),
         backdrop_high: Vec3::new(0.009, 0.010, 0.013),
-        floor: Vec3::new(0.052, 0.054, 0.060),
+        floor: Vec3::new(0.046, 0.048, 0.054),
         shadow_strength: 0.8,
     };
 }
@@ -74,11 +74,11 @@ impl Globals {
             key_texel: light::texel_metres(key_from_world, key_size),
             key_direction: KEY_DIRECTION.normalize(),
             key_depth: 4.0 * bounds.radius(),
-            key_colour: 2.55 * Vec3::new(1.0, 0.965, 0.91),
+            key_colour: 2.3 * Vec3::new(1.0, 0.965, 0.91),
             below_width: light::texel_metres(below_from_world, 1),
-            sky_colour: 0.62 * Vec3::new(0.86, 0.94, 1.08),
+            sky_colour: 0.80 * Vec3::new(0.86, 0.94, 1.08),
             floor_radius: 5.0,
-            bounce_colour: 0.34 * Vec3::new(1.0, 0.95, 0.9),
+            bounce_colour: 0.52 * Vec3::new(1.0, 0.95, 0.9),
             shadow_strength: theme.shadow_strength,
             rim_colour: 0.55 * Vec3::new(0.95, 0.98, 1.05),
             floor_x: camera.target().x,

@@ -107,6 +107,12 @@ fn floor_openness(position: vec3f, pixel: vec2f) -> f32 {
     return 1.0 - min(closed / 7.0, 1.0);
 }
 
+// sRGB's transfer function. Shaders encode by themselves: resolving samples into an sRGB view of another format is not reliable.
+fn encode_srgb(linear: vec3f) -> vec3f {
+    let colour = saturate(linear);
+    return select(1.055 * pow(colour, vec3f(1.0 / 2.4)) - 0.055, 12.92 * colour, colour <= vec3f(0.0031308));
+}
+
 // Khronos' PBR Neutral tone mapping: keeps hues and mid-tones, compresses highlights only.
 fn tone_map(linear: vec3f) -> vec3f {
     let darkest = min(linear.r, min(linear.g, linear.b));

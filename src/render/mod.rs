@@ -1,7 +1,8 @@
 //! Drawing: a lit, textured figure with soft shadows on a floor, through wgpu, within WebGPU's baseline.
 //!
 //! [`Renderer`] takes a device, a queue and a target format. Surfaces, windows and canvases are its caller's business, so that it draws
-//! to a texture as well as to a page. Space is metres, y up, the floor at y = 0. Colour is linear inside and sRGB in the target.
+//! to a texture as well as to a page. Space is metres, y up, the floor at y = 0. Colour is linear until a shader
+//! encodes it as sRGB at its end.
 
 mod albedo;
 mod backdrop;

@@ -33,7 +33,8 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Prepares to draw `surface`, over a body with `vertex_count` vertices on its finest level, into textures of `format` (an sRGB one).
+    /// Prepares to draw `surface`, over a body with `vertex_count` vertices on its finest level, into textures of `format`, to which
+    /// the shaders write sRGB-encoded numbers: no `…Srgb` format, which would encode them twice.
     /// Its albedo is white until [`Self::set_albedo`].
     pub fn new(
         device: Device,

@@ -83,9 +83,9 @@ impl Screen {
         &self.queue
     }
 
-    /// Format of the views that [`Self::present`] hands out: sRGB.
-    pub fn view_format(&self) -> TextureFormat {
-        self.configuration.format.add_srgb_suffix()
+    /// Format of the views that [`Self::present`] hands out: no `…Srgb` one; the browser shows its numbers as sRGB.
+    pub fn format(&self) -> TextureFormat {
+        self.configuration.format
     }
 
     /// Sets the picture's size, pixels. Nothing is drawn while either is zero.
@@ -112,8 +112,7 @@ impl Screen {
             self.configured = false;
             return false;
         };
-        let format = Some(self.view_format());
-        draw(&picture.texture.create_view(&TextureViewDescriptor { format, ..Default::default() }), size);
+        draw(&picture.texture.create_view(&TextureViewDescriptor::default()), size);
         self.queue.present(picture);
         true
     }
@@ -147,7 +146,6 @@ fn configuration(surface: &Surface<'_>, adapter: &Adapter) -> Result<SurfaceConf
         .get_default_config(adapter, 0, 0)
         .ok_or_else(|| ScreenError::Unsupported("the adapter cannot draw on a canvas".into()))?;
     configuration.format = configuration.format.remove_srgb_suffix();
-    configuration.view_formats = vec![configuration.format.add_srgb_suffix()];
     configuration.alpha_mode = CompositeAlphaMode::Opaque;
     Ok(configuration)
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::picture::{Picture, Region, require_content, require_motion};
@@ -17,26 +18,21 @@ const FRAMES: u32 = 60;
 const LIMIT_SECONDS: u32 = 240;
 
 /// What `play --check` reports.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Report {
+    #[serde(rename = "first_frame_ms")]
     first_frame_milliseconds: f64,
     frames: u64,
+    #[serde(rename = "frame_ms_median")]
     frame_milliseconds: f64,
     backend: String,
     screenshot: String,
 }
 
 impl Report {
-    /// One JSON object on one line; times in milliseconds, the frame time is a median.
-    pub fn to_json(&self) -> String {
-        json!({
-            "first_frame_ms": self.first_frame_milliseconds,
-            "frames": self.frames,
-            "frame_ms_median": self.frame_milliseconds,
-            "backend": self.backend,
-            "screenshot": self.screenshot,
-        })
-        .to_string()
+    /// One JSON object on one line.
+    pub fn to_json(&self) -> Result<String> {
+        serde_json::to_string(self).context("cannot write the report")
     }
 }
 
@@ -99,12 +95,17 @@ fn report(statistics: &Value, screenshot: String) -> Result<Report> {
     let frames = number("frames")? as u64;
     ensure!(frames >= u64::from(FRAMES), "element.statistics.frames: expected at least {FRAMES}, found {frames}");
     Ok(Report {
-        first_frame_milliseconds: number("firstFrameMilliseconds")?,
+        first_frame_milliseconds: to_tenths(number("firstFrameMilliseconds")?),
         frames,
-        frame_milliseconds: number("frameMilliseconds")?,
+        frame_milliseconds: to_tenths(number("frameMilliseconds")?),
         backend: backend.to_owned(),
         screenshot,
     })
+}
+
+/// Browsers give times to a tenth of a millisecond at best.
+fn to_tenths(milliseconds: f64) -> f64 {
+    (10.0 * milliseconds).round() / 10.0
 }
 
 #[cfg(test)]
@@ -112,12 +113,12 @@ mod tests {
     use super::*;
 
     fn statistics() -> Value {
-        json!({ "frames": 61, "firstFrameMilliseconds": 812.5, "frameMilliseconds": 16.7, "backend": "WebGPU" })
+        json!({ "frames": 61, "firstFrameMilliseconds": 812.4600000001, "frameMilliseconds": 16.7, "backend": "WebGPU" })
     }
 
     #[test]
     fn the_report_is_one_json_object_with_the_promised_fields() {
-        let text = report(&statistics(), "target/check.png".to_owned()).unwrap().to_json();
+        let text = report(&statistics(), "target/check.png".to_owned()).unwrap().to_json().unwrap();
         let expected = json!({
             "first_frame_ms": 812.5, "frames": 61, "frame_ms_median": 16.7, "backend": "WebGPU",
             "screenshot": "target/check.png",

@@ -37,6 +37,8 @@ enum Task {
     Test,
     /// Run the lints only: fmt, clippy, biome, tsc
     Lint,
+    /// Run the wasm tests only, in headless Chromium
+    WasmTests,
     /// Install what is missing: system packages, npm packages, the wasm target
     Setup,
     /// Build web/pkg/ (wasm and its bindings) and web/dist/ (the element)
@@ -76,6 +78,7 @@ fn run(task: Task) -> Result<()> {
             wasm::build(toolchain)?;
             lint::run(toolchain)
         }
+        Task::WasmTests => test::wasm(setup::everything()?),
         Task::Setup => setup::everything().map(drop),
         Task::BuildWeb => {
             let toolchain = setup::for_building()?;

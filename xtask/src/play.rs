@@ -36,7 +36,7 @@ pub fn run(options: &Options) -> Result<()> {
     wasm::build(toolchain)?;
     wasm::build_element()?;
     if options.check {
-        println!("{}", check::run(&options.page, &options.screenshot)?.to_json());
+        println!("{}", check::run(&options.page, &options.screenshot)?.to_json()?);
         return Ok(());
     }
     let site = Site::new(&options.page)?;

@@ -1,2 +1,44 @@
-#![allow(missing_docs)]
-fn main() {}
+//! `crease`: scans of a clothed person in, an avatar out.
+
+mod command;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(name = "crease", version, about = "Scans of a clothed person in, an animatable avatar out")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Train an avatar on one or more sequences of a person in the same clothes
+    Train(command::train::Arguments),
+    /// Measure an avatar against a sequence's ground truth
+    Eval(command::eval::Arguments),
+    /// Write the meshes of an avatar in motion
+    Animate(command::animate::Arguments),
+    /// Say what is inside an avatar
+    Inspect(command::inspect::Arguments),
+    /// Train the demo avatar again, from a copy of its sequence
+    Demo(command::demo::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Train(arguments) => command::train::run(&arguments),
+        Command::Eval(arguments) => command::eval::run(&arguments),
+        Command::Animate(arguments) => command::animate::run(&arguments),
+        Command::Inspect(arguments) => command::inspect::run(&arguments),
+        Command::Demo(arguments) => command::demo::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

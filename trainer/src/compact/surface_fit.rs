@@ -6,7 +6,7 @@
 
 use super::least_squares::conjugate_gradients;
 use crate::closest::ClosestPoint;
-use crease::laplacian::{apply_topological, apply_topological_transposed};
+use crease::laplacian::{apply_topological, apply_topological_transposed, reciprocal_valences};
 use crease::mesh::{Adjacency, Scheme, Subdivision, vertex_normals};
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
@@ -142,6 +142,7 @@ fn solve_round(
         let along = c.normal.dot(gap) * c.normal;
         c.weight * (along + options.tangential * (gap - along))
     };
+    let reciprocal_valences = reciprocal_valences(adjacency);
     let mut smoothed = vec![Vec3A::ZERO; n];
     let mut smoothed_twice = vec![Vec3A::ZERO; n];
     let mut apply = |y: &[Vec3A], out: &mut [Vec3A]| {
@@ -156,7 +157,7 @@ fn solve_round(
         }
         out.copy_from_slice(&restrict_from_finest(subdivision, scheme, level, pull));
         apply_topological(adjacency, y, &mut smoothed);
-        apply_topological_transposed(adjacency, &smoothed, &mut smoothed_twice);
+        apply_topological_transposed(adjacency, &reciprocal_valences, &smoothed, &mut smoothed_twice);
         for i in 0..n {
             out[i] += smoothness * smoothed_twice[i] + options.magnitude * y[i];
         }

@@ -1,0 +1,49 @@
+//! `crease eval`.
+
+use super::read_avatar;
+use clap::Args;
+use crease_trainer::evaluate::{Evaluation, Measures, evaluate};
+use crease_trainer::frames::FrameRange;
+use crease_trainer::progress::Progress;
+use crease_trainer::sequence::Sequence;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The avatar (.glb)
+    pub avatar: PathBuf,
+    /// Directory of a sequence with ground truth; scans are not needed
+    pub sequence: PathBuf,
+    /// Frames to measure, as a Python slice
+    #[arg(long, value_name = "START:STOP:STEP", default_value = "::")]
+    pub frames: FrameRange,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let avatar = Arc::new(read_avatar(&arguments.avatar)?);
+    let sequence = Sequence::open(&arguments.sequence)?;
+    let frames = arguments.frames.indices(sequence.frame_count)?;
+    let bar = Progress::Bars.bar("measuring", frames.len());
+    let evaluation = evaluate(avatar, &sequence, &frames, || bar.advance(1))?;
+    drop(bar);
+    if arguments.json {
+        println!("{}", serde_json::to_string(&evaluation)?);
+    } else {
+        print(&evaluation);
+    }
+    Ok(())
+}
+
+fn print(evaluation: &Evaluation) {
+    println!("{} frames      scan→mesh cm  mesh→scan cm  normal consistency", evaluation.frames);
+    let row = |name: &str, Measures { scan_to_mesh_cm, mesh_to_scan_cm, nc }: Measures| {
+        println!("{name:14} {scan_to_mesh_cm:12.3} {mesh_to_scan_cm:13.3} {nc:19.4}");
+    };
+    row("body", evaluation.body);
+    row("base", evaluation.base);
+    row("detailed", evaluation.detailed);
+}

@@ -1,0 +1,122 @@
+//! What training strategies are given, and the two traits they implement.
+
+use crate::options::TrainOptions;
+use crate::progress::Progress;
+use crate::sequence::{Frame, Sequence};
+use anyhow::{Context, ensure};
+use crease::body::{Body, Pose, Rig};
+use crease::laplacian::sample_elimination;
+use crease::mesh::{Adjacency, Subdivision, mixed_voronoi_areas};
+use crease::network::{Domain, SurfaceFunction};
+use crease::numpy::ReadError;
+
+/// One training frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// Index into [`TrainContext::sequences`].
+    pub sequence: usize,
+    /// Frame of that sequence.
+    pub frame: usize,
+}
+
+/// Everything that training strategies share: constant while they run.
+pub struct TrainContext {
+    /// The body model.
+    pub body: Body,
+    /// The body in the person's shape.
+    pub rig: Rig,
+    /// The sequences: the same person in the same clothes.
+    pub sequences: Vec<Sequence>,
+    /// Frames to train on, in order; at least one.
+    pub samples: Vec<Sample>,
+    /// Subdivision of the body's mesh.
+    pub subdivision: Subdivision,
+    /// Neighbours on the body's mesh, level 0.
+    pub adjacency: Adjacency,
+    /// Neighbours on the finest level.
+    pub finest_adjacency: Adjacency,
+    /// Query points and pose masks of levels 0 ..= `level_count`.
+    pub domains: Vec<Domain>,
+    /// Anchors on the finest level, ascending.
+    pub anchors: Vec<u32>,
+    /// All choices.
+    pub options: TrainOptions,
+    /// Where progress is shown.
+    pub progress: Progress,
+}
+
+impl TrainContext {
+    /// Prepares training of `body` on `samples` of `sequences`.
+    ///
+    /// Fails where there is nothing to train on, or where the sequences disagree about the person's shape.
+    pub fn new(
+        body: Body,
+        sequences: Vec<Sequence>,
+        samples: Vec<Sample>,
+        options: TrainOptions,
+        progress: Progress,
+    ) -> anyhow::Result<Self> {
+        let first = sequences.first().context("sequences: expected at least one, found none")?;
+        ensure!(!samples.is_empty(), "frames: expected at least one, found none");
+        for other in &sequences {
+            let same = other.betas.len() == first.betas.len()
+                && other.betas.iter().zip(&first.betas).all(|(a, b)| (a - b).abs() < 1e-4);
+            ensure!(
+                same,
+                "{}: body.npz betas: expected {:?} as in {}, found {:?}",
+                other.directory.display(),
+                first.betas,
+                first.directory.display(),
+                other.betas
+            );
+        }
+        let rig = body.shaped(&first.betas);
+        let level_count = options.level_count as usize;
+        let subdivision = Subdivision::new(body.template.len(), &body.triangles, level_count);
+        let domains = Domain::levels(&body.template, &body.skin, &subdivision);
+        let finest = &domains[level_count].canonical;
+        let mut areas = vec![0.0; finest.len()];
+        mixed_voronoi_areas(finest, subdivision.triangles(level_count), &mut areas);
+        let anchors = sample_elimination(finest, areas.iter().sum(), options.anchor_count);
+        Ok(Self {
+            adjacency: Adjacency::new(body.template.len(), &body.triangles),
+            finest_adjacency: Adjacency::new(finest.len(), subdivision.triangles(level_count)),
+            rig,
+            body,
+            sequences,
+            samples,
+            subdivision,
+            domains,
+            anchors,
+            options,
+            progress,
+        })
+    }
+
+    /// Number of subdivisions.
+    pub fn level_count(&self) -> usize {
+        self.subdivision.level_count()
+    }
+
+    /// The pose of a training frame.
+    pub fn pose(&self, sample: Sample) -> &Pose {
+        &self.sequences[sample.sequence].poses[sample.frame]
+    }
+
+    /// Reads the scan of a training frame.
+    pub fn scan(&self, sample: Sample) -> Result<Frame, ReadError> {
+        self.sequences[sample.sequence].scan(sample.frame)
+    }
+}
+
+/// Trains f_d.
+pub trait DeformationTrainer {
+    /// f_d on level 0: metres, canonical frame.
+    fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction>;
+}
+
+/// Trains f_l for a given f_d.
+pub trait LaplacianTrainer {
+    /// f_l: 1/m, canonical frame, absolute or relative as the options say.
+    fn train(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<SurfaceFunction>;
+}

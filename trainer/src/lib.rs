@@ -1,0 +1,30 @@
+//! Scans of a clothed person in, a crease avatar out.
+//!
+//! [`sequence`] reads what was captured; [`train`] turns it into an [`crease::avatar::Avatar`] by strategies that share one
+//! [`context`]; [`evaluate`] says how good it is. Units are metres, radians and seconds; y is up; Laplacian coordinates δ are in
+//! 1/m and point outward on a sphere.
+
+pub mod appearance;
+pub mod closest;
+pub mod compact;
+pub mod context;
+pub mod evaluate;
+pub mod files;
+pub mod frames;
+pub mod localise;
+pub mod mesh_file;
+pub mod nearest;
+pub mod normals;
+pub mod options;
+pub mod plain;
+pub mod ply;
+pub mod progress;
+pub mod quadratic;
+pub mod sampling;
+pub mod sequence;
+#[cfg(test)]
+mod shapes;
+pub mod sizes;
+pub mod targets;
+pub mod texture;
+pub mod train;

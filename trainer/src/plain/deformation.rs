@@ -1,0 +1,164 @@
+//! f_d as a multilayer perceptron (paper, Pose-dependent base mesh).
+
+use super::energy::{Energy, Scan, Weights};
+use super::features::Features;
+use super::gather::Rows;
+use super::network::Network;
+use super::{numbers, scalar, training_device};
+use crate::context::{DeformationTrainer, Sample, TrainContext};
+use crate::sampling::generator;
+use anyhow::ensure;
+use burn::optim::{AdamConfig, GradientsParams};
+use burn::tensor::{Device, Tensor, TensorData};
+use crease::animate::PosedSurface;
+use crease::encoding::PositionalEncoding;
+use crease::network::{Mlp, SurfaceFunction};
+use glam::{Mat3A, Vec3A};
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+
+/// The network's numbers are decimetres: offsets of clothes are of that order, and so its outputs and weights are near 1.
+const OUTPUT_SCALE: f32 = 0.1;
+
+/// Trains f_d by gradient descent on E_d.
+pub struct PlainDeformation;
+
+impl DeformationTrainer for PlainDeformation {
+    fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction> {
+        Ok(SurfaceFunction::Mlp(self.fit(context)?.0))
+    }
+}
+
+/// A training frame: all that does not change while f_d does.
+struct TrainingFrame {
+    scan: Scan,
+    /// The skinned body without offsets, metres.
+    body: Vec<Vec3A>,
+    /// LBS^rot at each vertex.
+    posed_from_canonical: Vec<Mat3A>,
+    axis_angles: Vec<[f32; 3]>,
+}
+
+impl PlainDeformation {
+    /// The trained network, and the mean of E_d over each epoch.
+    pub fn fit(&self, context: &TrainContext) -> anyhow::Result<(Mlp, Vec<f32>)> {
+        let options = &context.options.deformation;
+        let device = training_device(context.options.device)?;
+        let encoding = PositionalEncoding { frequency_count: context.options.frequency_count };
+        let features = Features::new(encoding, context.rig.parents.len());
+        let frames: Vec<TrainingFrame> = context
+            .samples
+            .iter()
+            .map(|&sample| read_frame(context, features, sample))
+            .collect::<anyhow::Result<_>>()?;
+        let weights = Weights {
+            regulariser: options.regulariser_weight,
+            anchor: options.anchor_weight,
+            mesh_to_scan: options.mesh_to_scan_weight,
+        };
+        let energy = Energy::new(&context.body.triangles, &context.adjacency, anchor_rows(context), weights);
+
+        let mut generator = generator(context.options.seed);
+        let mut network = Network::new(features.length(), &options.network, generator.random(), &device);
+        let mut optimiser = AdamConfig::new().init();
+        let mut history = Vec::new();
+        let bar = context.progress.bar("training the base", options.network.epoch_count);
+        let mut order: Vec<usize> = (0..frames.len()).collect();
+        for epoch in 0..options.network.epoch_count {
+            order.shuffle(&mut generator);
+            let mut sum = 0.0;
+            for batch in order.chunks(options.frames_a_step.max(1)) {
+                let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames[index]).collect();
+                let posed = pose_batch(context, features, &network, &batch, &device);
+                let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
+                ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged in epoch {epoch}");
+                let drawn: Vec<Scan> = match options.points_a_frame {
+                    0 => Vec::new(),
+                    count => batch.iter().map(|frame| frame.scan.drawn(count, &mut generator)).collect(),
+                };
+                let scans: Vec<&Scan> = match options.points_a_frame {
+                    0 => batch.iter().map(|frame| &frame.scan).collect(),
+                    _ => drawn.iter().collect(),
+                };
+                let total = energy.evaluate(&posed, &positions, &scans)?;
+                let gradients = GradientsParams::from_grads(total.backward(), &network);
+                network = optimiser.step(options.network.learning_rate, network, gradients);
+                sum += scalar(total) * batch.len() as f32;
+            }
+            history.push(sum / frames.len() as f32);
+            bar.note(format!("E_d {:.3} mm²", 1e6 * history[epoch]));
+            bar.advance(1);
+        }
+        Ok((network.export(0, encoding, OUTPUT_SCALE), history))
+    }
+}
+
+fn read_frame(context: &TrainContext, features: Features, sample: Sample) -> anyhow::Result<TrainingFrame> {
+    let pose = context.pose(sample);
+    let points = context.scan(sample)?.points;
+    let mut surface = PosedSurface::new(&context.subdivision);
+    surface.pose(&context.rig, &[], pose, &context.subdivision, context.options.scheme);
+    Ok(TrainingFrame {
+        // μ is 1 where the distance to the camera is not known.
+        scan: Scan::new(points.clone(), vec![1.0; points.len()]),
+        body: surface.positions(0).to_vec(),
+        posed_from_canonical: surface.rotations(&context.subdivision, 0).to_vec(),
+        axis_angles: features.axis_angles(pose),
+    })
+}
+
+/// Posed vertices of the batch's frames (frames · vertices, 3): LBS_θ(v + f_d(γ(Q(v)), θ̄(v))).
+fn pose_batch(
+    context: &TrainContext,
+    features: Features,
+    network: &Network,
+    batch: &[&TrainingFrame],
+    device: &Device,
+) -> Tensor<2> {
+    let domain = &context.domains[0];
+    let vertex_count = domain.canonical.len();
+    let count = batch.len() * vertex_count;
+    let mut input = vec![0.0; count * features.length()];
+    input.par_chunks_exact_mut(features.length()).enumerate().for_each(|(row, input)| {
+        let (frame, vertex) = (row / vertex_count, row % vertex_count);
+        features.fill(domain.canonical[vertex], domain.masks[vertex], &batch[frame].axis_angles, input);
+    });
+    let input = Tensor::<2>::from_data(TensorData::new(input, [count, features.length()]), device);
+    let offsets = network.forward(input) * OUTPUT_SCALE;
+
+    // glam's columns, so the middle axis of (rows, columns, 3) is the one to sum over.
+    let matrices = batch.iter().flat_map(|frame| &frame.posed_from_canonical);
+    let matrices: Vec<f32> = matrices.flat_map(|matrix| matrix.to_cols_array()).collect();
+    let matrices = Tensor::<3>::from_data(TensorData::new(matrices, [count, 3, 3]), device);
+    let body: Vec<f32> = batch.iter().flat_map(|frame| &frame.body).flat_map(|point| point.to_array()).collect();
+    let body = Tensor::<2>::from_data(TensorData::new(body, [count, 3]), device);
+    body + (matrices * offsets.reshape([count, 3, 1])).sum_dim(1).reshape([count, 3])
+}
+
+/// Anchors stand on the finest level: each as the sum of level-0 vertices that subdivision makes it of.
+fn anchor_rows(context: &TrainContext) -> Rows {
+    let subdivision = &context.subdivision;
+    let level_count = subdivision.level_count();
+    let mut rows = vec![Vec::new(); context.anchors.len()];
+    // The transpose of refinement takes an impulse at an anchor to its weights; three anchors go at a time, one an axis.
+    rows.par_chunks_mut(3).zip(context.anchors.par_chunks(3)).for_each(|(rows, anchors)| {
+        let mut fine = vec![Vec3A::ZERO; subdivision.vertex_count(level_count)];
+        for (axis, &anchor) in anchors.iter().enumerate() {
+            fine[anchor as usize][axis] = 1.0;
+        }
+        for level in (0..level_count).rev() {
+            let mut coarse = vec![Vec3A::ZERO; subdivision.vertex_count(level)];
+            subdivision.restrict(context.options.scheme, level, &fine, &mut coarse);
+            fine = coarse;
+        }
+        for (vertex, weights) in fine.iter().enumerate() {
+            for (axis, row) in rows.iter_mut().enumerate() {
+                if weights[axis] != 0.0 {
+                    row.push((vertex as u32, weights[axis]));
+                }
+            }
+        }
+    });
+    Rows::new(&rows)
+}

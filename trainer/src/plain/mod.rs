@@ -1,0 +1,39 @@
+//! Training in the paper's form: multilayer perceptrons by gradient descent, on the CPU or a GPU.
+
+mod deformation;
+mod energy;
+mod features;
+mod gather;
+mod laplacian;
+mod network;
+
+pub use deformation::PlainDeformation;
+pub use laplacian::PlainLaplacian;
+
+use crate::options::ComputeDevice;
+use anyhow::bail;
+use burn::tensor::{Device, Tensor};
+
+/// The device of `choice`, with gradients. Fails where this build has no such backend.
+pub fn training_device(choice: ComputeDevice) -> anyhow::Result<Device> {
+    let device = match choice {
+        ComputeDevice::Cpu => Device::flex(),
+        #[cfg(feature = "vulkan")]
+        ComputeDevice::Vulkan => Device::vulkan(burn::tensor::DeviceKind::DefaultDevice),
+        #[cfg(feature = "cuda")]
+        ComputeDevice::Cuda => Device::cuda(0),
+        #[cfg(not(all(feature = "vulkan", feature = "cuda")))]
+        other => bail!("device: expected cpu or a GPU of this build's features, found {other:?}"),
+    };
+    Ok(device.autodiff())
+}
+
+/// The one number of a tensor.
+fn scalar(tensor: Tensor<1>) -> f32 {
+    numbers(tensor)[0]
+}
+
+/// All numbers of a tensor, row-major.
+fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
+    tensor.into_data().as_slice::<f32>().expect("tensors here hold 32-bit floats").to_vec()
+}

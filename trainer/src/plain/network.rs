@@ -1,0 +1,110 @@
+//! A multilayer perceptron as burn sees it, and its way to the runtime's.
+
+use super::numbers;
+use crate::options::NetworkOptions;
+use crate::sampling::generator;
+use burn::module::{Module, Param};
+use burn::nn::Linear;
+use burn::tensor::{Device, Tensor, TensorData, activation::relu};
+use crease::encoding::PositionalEncoding;
+use crease::network::{Layer, Mlp};
+use rand::RngExt;
+
+/// Linear layers with ReLU between them.
+#[derive(Module, Debug)]
+pub(super) struct Network {
+    layers: Vec<Linear>,
+}
+
+impl Network {
+    /// A network of `input_count` inputs and three outputs. Weights and biases are uniform within ±1/√inputs of their layer, from `seed`.
+    pub(super) fn new(input_count: usize, options: &NetworkOptions, seed: u64, device: &Device) -> Self {
+        let mut generator = generator(seed);
+        let layer_count = options.layer_count.max(1);
+        let layers = (0..layer_count)
+            .map(|index| {
+                let inputs = if index == 0 { input_count } else { options.width };
+                let outputs = if index + 1 == layer_count { 3 } else { options.width };
+                let bound = 1.0 / (inputs as f32).sqrt();
+                let mut values =
+                    |count| (0..count).map(|_| generator.random_range(-bound..bound)).collect::<Vec<f32>>();
+                Linear {
+                    weight: Param::from_data(TensorData::new(values(inputs * outputs), [inputs, outputs]), device),
+                    bias: Some(Param::from_data(TensorData::new(values(outputs), [outputs]), device)),
+                }
+            })
+            .collect();
+        Self { layers }
+    }
+
+    /// (N, inputs) to (N, 3).
+    pub(super) fn forward(&self, input: Tensor<2>) -> Tensor<2> {
+        let mut value = input;
+        for (index, layer) in self.layers.iter().enumerate() {
+            value = layer.forward(if index == 0 { value } else { relu(value) });
+        }
+        value
+    }
+
+    /// The network for the runtime. burn stores weights as (inputs, outputs), the runtime as (outputs, inputs).
+    pub(super) fn export(&self, level: usize, encoding: PositionalEncoding, output_scale: f32) -> Mlp {
+        let layers = self
+            .layers
+            .iter()
+            .map(|layer| Layer {
+                weight: numbers(layer.weight.val().transpose()),
+                bias: layer.bias.as_ref().map(|bias| numbers(bias.val())).unwrap_or_default(),
+            })
+            .collect();
+        Mlp { level: level as u32, encoding, layers, output_scale }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::ComputeDevice;
+    use crate::plain::features::Features;
+    use crate::plain::training_device;
+    use crate::sampling::random_points;
+    use crease::body::Pose;
+    use crease::network::{Domain, Scratch};
+    use crease::pose_feature::PoseMask;
+    use glam::{Quat, Vec3A};
+
+    #[test]
+    fn forward_agrees_with_the_runtime() {
+        let device = training_device(ComputeDevice::Cpu).unwrap();
+        let encoding = PositionalEncoding { frequency_count: 4 };
+        let domain = Domain {
+            canonical: random_points(70, 1.0, 1),
+            masks: (0..70).map(|i| PoseMask([0b1010, 0, 0b0110][i % 3])).collect(),
+        };
+        let mut pose = Pose::rest(4);
+        for (joint, rotation) in pose.rotations.iter_mut().enumerate() {
+            *rotation = Quat::from_rotation_x(0.3 + joint as f32) * Quat::from_rotation_z(0.5);
+        }
+        let features = Features::new(encoding, 4);
+        let options = NetworkOptions { layer_count: 3, width: 20, learning_rate: 1e-3, epoch_count: 1 };
+        let network = Network::new(features.length(), &options, 9, &device);
+        let rows: Vec<f32> = (0..70)
+            .flat_map(|i| {
+                let mut row = vec![0.0; features.length()];
+                features.fill(domain.canonical[i], domain.masks[i], &features.axis_angles(&pose), &mut row);
+                row
+            })
+            .collect();
+        let input = Tensor::from_data(TensorData::new(rows, [70, features.length()]), &device);
+        let expected = numbers(network.forward(input) * 2.5);
+        let mut out = vec![Vec3A::ZERO; 70];
+        network.export(0, encoding, 2.5).evaluate(&domain, &pose, &mut Scratch::default(), &mut out);
+        for (value, expected) in out.iter().zip(expected.chunks_exact(3)) {
+            assert!((*value - Vec3A::from_slice(expected)).length() < 1e-5, "{value} against {expected:?}");
+        }
+        // Negative case: another seed is another network.
+        let other = Network::new(features.length(), &options, 10, &device);
+        let mut different = out.clone();
+        other.export(0, encoding, 2.5).evaluate(&domain, &pose, &mut Scratch::default(), &mut different);
+        assert!((different[0] - out[0]).length() > 1e-3);
+    }
+}

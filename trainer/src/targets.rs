@@ -1,0 +1,84 @@
+//! What f_l should say: ground-truth Laplacians of scan points, carried to the canonical frame.
+
+use crate::context::{Sample, TrainContext};
+use crate::localise::{Query, localise};
+use crate::quadratic::fit_quadratics;
+use crease::animate::PosedSurface;
+use crease::avatar::Form;
+use crease::laplacian::{apply_topological, row_scales};
+use crease::mesh::mixed_voronoi_areas;
+use crease::network::{Scratch, SurfaceFunction};
+use crease::pose_feature::PoseMask;
+use glam::{Mat3A, Vec3A};
+
+/// One training pair of f_l.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Q on the canonical body, metres.
+    pub canonical: Vec3A,
+    /// Mask of θ̄.
+    pub mask: PoseMask,
+    /// δ in the canonical frame, 1/m.
+    pub delta: Vec3A,
+    /// μ.
+    pub weight: f32,
+}
+
+/// Training pairs of one frame by quadratic fits to its scan.
+///
+/// Scan points are projected onto the subdivided base mesh: with midpoints the same surface as the base mesh itself, and the one that the
+/// reconstruction starts from in every scheme. In the relative form the base's own Laplacian at the projected point is taken off.
+pub fn quadratic_targets(
+    context: &TrainContext,
+    deformation: &SurfaceFunction,
+    sample: Sample,
+) -> anyhow::Result<Vec<Target>> {
+    let options = &context.options;
+    let level = context.level_count();
+    let triangles = context.subdivision.triangles(level);
+    let points = context.scan(sample)?.points;
+    let fits = fit_quadratics(&points, &options.quadratic);
+    let normals: Vec<Vec3A> = fits.iter().map(|fit| fit.map_or(Vec3A::ZERO, |fit| fit.normal)).collect();
+
+    let mut surface = base_surface(context, deformation, sample);
+    let base = surface.finest().to_vec();
+    let base_laplacian = match options.form {
+        Form::Absolute => None,
+        Form::Relative => Some(mesh_laplacian(context, &base)),
+    };
+    let rotations: &[Mat3A] = surface.rotations(&context.subdivision, level);
+    let located = localise(&points, &normals, &base, triangles, &options.localisation)?;
+    let targets = located.iter().zip(&fits).filter_map(|(surface, fit)| {
+        let (surface, fit) = (surface.as_ref()?, fit.as_ref()?);
+        let query = Query::at(surface, triangles, &context.domains[level], rotations);
+        let own = base_laplacian.as_ref().map_or(Vec3A::ZERO, |values| surface.interpolate(triangles, values));
+        let delta = query.posed_from_canonical.inverse() * (fit.laplacian - own);
+        delta.is_finite().then_some(Target { canonical: query.canonical, mask: query.mask, delta, weight: 1.0 })
+    });
+    Ok(targets.collect())
+}
+
+/// The posed base mesh of a training frame on all levels.
+pub fn base_surface(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample) -> PosedSurface {
+    let pose = context.pose(sample);
+    let mut offsets = vec![Vec3A::ZERO; context.rig.rest.len()];
+    deformation.evaluate(&context.domains[0], pose, &mut Scratch::default(), &mut offsets);
+    let mut surface = PosedSurface::new(&context.subdivision);
+    surface.pose(&context.rig, &offsets, pose, &context.subdivision, context.options.scheme);
+    surface
+}
+
+/// δ that the reconstruction's operator measures on the finest level: L x / s, 1/m.
+fn mesh_laplacian(context: &TrainContext, positions: &[Vec3A]) -> Vec<Vec3A> {
+    let adjacency = &context.finest_adjacency;
+    let mut areas = vec![0.0; positions.len()];
+    mixed_voronoi_areas(positions, context.subdivision.triangles(context.level_count()), &mut areas);
+    let mut scales = vec![0.0; positions.len()];
+    row_scales(adjacency, &areas, &mut scales);
+    let mut laplacian = vec![Vec3A::ZERO; positions.len()];
+    apply_topological(adjacency, positions, &mut laplacian);
+    for (value, scale) in laplacian.iter_mut().zip(scales) {
+        *value /= scale.max(f32::MIN_POSITIVE);
+    }
+    laplacian
+}

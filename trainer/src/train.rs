@@ -1,0 +1,89 @@
+//! The pipeline: context in, avatar out. Presets differ in their options alone.
+
+use crate::appearance::bake;
+use crate::compact::{CompactDeformation, CompactLaplacian};
+use crate::context::{DeformationTrainer, LaplacianTrainer, TrainContext};
+use crate::options::{FunctionForm, LaplacianTarget};
+use crate::plain::{PlainDeformation, PlainLaplacian};
+use anyhow::bail;
+use crease::avatar::Avatar;
+use crease::solver::CoarseFactor;
+use serde_json::{Map, Value, json};
+
+/// What goes into an avatar beside what is trained.
+#[derive(Clone, Debug, Default)]
+pub struct Facts {
+    /// Name for people.
+    pub name: String,
+    /// The command that trains it again.
+    pub command: String,
+    /// Name of the preset that the options started from.
+    pub preset: String,
+    /// Notices of the data used, such as the body's.
+    pub notices: Vec<String>,
+}
+
+/// Trains an avatar.
+pub fn train(context: &TrainContext, facts: &Facts) -> anyhow::Result<Avatar> {
+    let (deformation_trainer, laplacian_trainer) = strategies(context)?;
+    let deformation = deformation_trainer.train(context)?;
+    let laplacian = laplacian_trainer.train(context, &deformation)?;
+    let options = &context.options;
+    let avatar = Avatar {
+        name: facts.name.clone(),
+        rig: context.rig.clone(),
+        canonical: context.body.template.clone(),
+        triangles: context.body.triangles.clone(),
+        appearance: bake(context, &deformation)?,
+        scheme: options.scheme,
+        level_count: options.level_count,
+        deformation,
+        laplacian,
+        form: options.form,
+        anchors: context.anchors.clone(),
+        anchor_weight: options.anchor_weight,
+        factor: CoarseFactor::new(&context.subdivision, &context.anchors, options.anchor_weight),
+        provenance: provenance(context, facts),
+    };
+    avatar.validate(&facts.name)?;
+    Ok(avatar)
+}
+
+/// The trainers that the options name.
+fn strategies(context: &TrainContext) -> anyhow::Result<(Box<dyn DeformationTrainer>, Box<dyn LaplacianTrainer>)> {
+    Ok(match (context.options.function, context.options.target) {
+        (FunctionForm::Plain, LaplacianTarget::Quadratic) => (Box::new(PlainDeformation), Box::new(PlainLaplacian)),
+        (FunctionForm::Compact, LaplacianTarget::Operator) => {
+            (Box::new(CompactDeformation), Box::new(CompactLaplacian))
+        }
+        (function, target) => bail!(
+            "options: expected function plain with target quadratic or function compact with target operator, found {function:?} with {target:?}"
+        ),
+    })
+}
+
+fn provenance(context: &TrainContext, facts: &Facts) -> Map<String, Value> {
+    let sequences: Vec<Value> = context
+        .sequences
+        .iter()
+        .enumerate()
+        .map(|(index, sequence)| {
+            let frames: Vec<usize> =
+                context.samples.iter().filter(|sample| sample.sequence == index).map(|sample| sample.frame).collect();
+            json!({ "name": sequence.name, "licence": sequence.licence, "frames": frames })
+        })
+        .collect();
+    let facts = json!({
+        "command": facts.command,
+        "preset": facts.preset,
+        "seed": context.options.seed,
+        "options": context.options,
+        "sequences": sequences,
+        "notices": facts.notices,
+        "trainer": format!("crease-trainer {}", env!("CARGO_PKG_VERSION")),
+    });
+    match facts {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}

@@ -1,0 +1,84 @@
+//! Scans in, avatar out, by the paper's method at a width that a processor trains in seconds.
+
+mod common;
+
+use common::{Directory, FRAME_COUNT, write_sequence};
+use crease::animate::{Options, Stage, animate};
+use crease::avatar::Avatar;
+use crease::network::SurfaceFunction;
+use crease_trainer::context::{Sample, TrainContext};
+use crease_trainer::evaluate::evaluate;
+use crease_trainer::options::{NetworkOptions, TrainOptions};
+use crease_trainer::plain::{PlainDeformation, PlainLaplacian};
+use crease_trainer::progress::Progress;
+use crease_trainer::sequence::Sequence;
+use crease_trainer::train::{Facts, train};
+use std::sync::Arc;
+
+fn reduced() -> TrainOptions {
+    let mut options = TrainOptions::paper();
+    let network =
+        |layer_count, epoch_count| NetworkOptions { layer_count, width: 32, learning_rate: 5e-3, epoch_count };
+    options.frequency_count = 4;
+    options.anchor_count = 200;
+    options.texture_size = 64;
+    options.deformation.network = network(5, 120);
+    options.deformation.points_a_frame = 1_000;
+    // The tiny body's edges are long, and so are its umbrella Laplacians.
+    options.deformation.regulariser_weight = 0.1;
+    options.laplacian.network = network(3, 10);
+    options.laplacian.points_a_step = 1_000;
+    options
+}
+
+fn context(directory: &Directory) -> TrainContext {
+    let body = write_sequence(&directory.0);
+    let sequence = Sequence::open(&directory.0).unwrap();
+    let samples = (0..FRAME_COUNT).step_by(2).map(|frame| Sample { sequence: 0, frame }).collect();
+    TrainContext::new(body, vec![sequence], samples, reduced(), Progress::Silent).unwrap()
+}
+
+#[test]
+fn the_paper_preset_makes_an_avatar_that_beats_the_body() {
+    let directory = Directory::new("end-to-end");
+    let context = context(&directory);
+    let facts = Facts { name: "bumpy".into(), command: "a test".into(), preset: "paper".into(), notices: vec![] };
+    let avatar = train(&context, &facts).unwrap();
+
+    let bytes = avatar.write();
+    let read = Avatar::read(&bytes, "bumpy.glb").unwrap();
+    assert_eq!(read.provenance["sequences"][0]["licence"], "none needed");
+    assert_eq!(read.provenance["sequences"][0]["frames"], serde_json::json!([0, 2, 4]));
+
+    let sequence = &context.sequences[0];
+    let mesh = animate(&read, &sequence.poses[3], &Options::default()).unwrap();
+    assert!(mesh.positions.iter().all(|position| position.is_finite()));
+    let base = animate(&read, &sequence.poses[3], &Options { stage: Stage::Base, ..Options::default() }).unwrap();
+    let moved = mesh.positions.iter().zip(&base.positions).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(moved > 1e-4, "the detail changes the surface");
+
+    let unseen: Vec<usize> = (1..FRAME_COUNT).step_by(2).collect();
+    let evaluation = evaluate(Arc::new(read), sequence, &unseen, || ()).unwrap();
+    let (body, detailed) = (evaluation.body, evaluation.detailed);
+    assert!(body.scan_to_mesh_cm > 1.5, "the clothes stand off: {evaluation:?}");
+    assert!(evaluation.base.scan_to_mesh_cm < 0.5 * body.scan_to_mesh_cm, "{evaluation:?}");
+    assert!(detailed.scan_to_mesh_cm < 0.6 * body.scan_to_mesh_cm, "{evaluation:?}");
+    assert!(detailed.mesh_to_scan_cm < 0.6 * body.mesh_to_scan_cm, "{evaluation:?}");
+}
+
+#[test]
+fn losses_fall_and_a_seed_decides() {
+    let directory = Directory::new("losses");
+    let mut context = context(&directory);
+    context.options.deformation.network.epoch_count = 30;
+    context.options.laplacian.network.epoch_count = 4;
+    let (deformation, base_history) = PlainDeformation.fit(&context).unwrap();
+    assert!(base_history[29] < 0.6 * base_history[0], "{base_history:?}");
+    let (again, _) = PlainDeformation.fit(&context).unwrap();
+    assert_eq!(deformation, again, "the same seed, the same weights");
+    let function = SurfaceFunction::Mlp(deformation);
+    let (_, detail_history) = PlainLaplacian.fit(&context, &function).unwrap();
+    assert!(detail_history[3] < 0.95 * detail_history[0], "{detail_history:?}");
+    context.options.seed = 1;
+    assert_ne!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().0), function);
+}

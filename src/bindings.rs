@@ -97,9 +97,13 @@ impl Viewer {
         self.player.set_motion(None).map_err(|error| named("motion", &error))
     }
 
-    /// Lets time pass until `now` (milliseconds of a clock that never goes back) and draws if anything changed. Returns whether it drew.
+    /// Lets time pass until `now` (milliseconds of a clock that never goes back) and draws if anything changed and the GPU keeps up. Returns
+    /// whether it drew.
     pub fn frame(&mut self, now: f64) -> Result<bool, Error> {
         self.check()?;
+        if !self.screen.keeps_up() {
+            return Ok(false);
+        }
         let passed = self.last_milliseconds.map_or(0.0, |last| 1e-3 * (now - last).max(0.0));
         self.last_milliseconds = Some(now);
         let started = milliseconds();

@@ -1,5 +1,6 @@
 //! A canvas as something to draw on: WebGPU's adapter, device and surface, and what goes wrong with them.
 
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use wasm_bindgen::{JsCast, JsValue};
 use wgpu::*;
@@ -44,7 +45,12 @@ pub struct Screen {
     configuration: SurfaceConfiguration,
     configured: bool,
     fault: Fault,
+    /// Pictures handed to the GPU and not finished.
+    unfinished: Arc<AtomicU32>,
 }
+
+/// More unfinished pictures than this only make the picture late.
+const MOST_UNFINISHED: u32 = 2;
 
 impl Screen {
     /// Asks for a device that can draw on `canvas`. Nothing beyond WebGPU's default limits is wanted.
@@ -70,7 +76,7 @@ impl Screen {
             .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
         let fault = watch(&device);
         let configuration = configuration(&surface, &adapter)?;
-        Ok(Self { surface, device, queue, configuration, configured: false, fault })
+        Ok(Self { surface, device, queue, configuration, configured: false, fault, unfinished: Arc::default() })
     }
 
     /// The device.
@@ -96,6 +102,11 @@ impl Screen {
         self.configured = false;
     }
 
+    /// Whether the GPU keeps up, so that another picture may be drawn.
+    pub fn keeps_up(&self) -> bool {
+        self.unfinished.load(Ordering::Relaxed) < MOST_UNFINISHED
+    }
+
     /// Lets `draw` fill the next picture, given its view and its size, and shows it. Returns whether there was one to fill.
     pub fn present(&mut self, draw: impl FnOnce(&TextureView, [u32; 2])) -> bool {
         let size = [self.configuration.width, self.configuration.height];
@@ -114,6 +125,11 @@ impl Screen {
         };
         draw(&picture.texture.create_view(&TextureViewDescriptor::default()), size);
         self.queue.present(picture);
+        self.unfinished.fetch_add(1, Ordering::Relaxed);
+        let unfinished = self.unfinished.clone();
+        self.queue.on_submitted_work_done(move || {
+            unfinished.fetch_sub(1, Ordering::Relaxed);
+        });
         true
     }
 

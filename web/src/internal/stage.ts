@@ -2,8 +2,6 @@ import initialise, { Viewer } from "../../pkg/crease.js";
 import { failureOf, fetchBytes, fileName, StageError } from "./fetch.js";
 import type { Command, MotionSource, Report, Settings } from "./protocol.js";
 
-/** A frame later than this after the last one was not the next of a running picture. */
-const LONGEST_INTERVAL = 1000;
 /** How often an idle stage asks the GPU whether it still works. */
 const CHECK_INTERVAL = 1000;
 
@@ -163,7 +161,7 @@ export class Stage {
   #frame(now: number): void {
     const viewer = this.#viewer;
     if (!viewer) return;
-    if (this.#lastFrame === null || now - this.#lastFrame > LONGEST_INTERVAL) viewer.skipTime();
+    if (this.#lastFrame === null) viewer.skipTime();
     if (viewer.frame(now)) {
       const interval = this.#lastFrame === null ? null : now - this.#lastFrame;
       this.#report({
@@ -176,8 +174,9 @@ export class Stage {
           poseMilliseconds: viewer.poseMilliseconds,
         },
       });
+      this.#lastFrame = now;
     }
-    this.#lastFrame = viewer.moving ? now : null;
+    if (!viewer.moving) this.#lastFrame = null;
     this.#schedule();
   }
 

@@ -35,7 +35,7 @@ pub struct Viewer {
     screen: Screen,
     last_milliseconds: Option<f64>,
     redraw: bool,
-    times: [f64; 2],
+    pose_milliseconds: Option<f64>,
 }
 
 #[wasm_bindgen]
@@ -58,7 +58,7 @@ impl Viewer {
             screen,
             last_milliseconds: None,
             redraw: true,
-            times: [0.0; 2],
+            pose_milliseconds: None,
         })
     }
 
@@ -107,21 +107,22 @@ impl Viewer {
         let passed = self.last_milliseconds.map_or(0.0, |last| 1e-3 * (now - last).max(0.0));
         self.last_milliseconds = Some(now);
         let started = milliseconds();
-        if self.player.advance(passed) {
+        let posed = self.player.advance(passed);
+        if posed {
             self.renderer.set_vertices(self.player.positions(), self.player.normals());
             self.redraw = true;
         }
+        let pose_milliseconds = posed.then(|| milliseconds() - started);
         self.camera.follow(self.player.root());
         let moving = !self.camera.settled();
         self.camera.advance(passed as f32);
         if !(self.redraw || moving) {
             return Ok(false);
         }
-        let posed = milliseconds();
         let (renderer, camera, theme) = (&mut self.renderer, &self.camera, &self.theme);
         let drawn = self.screen.present(|view, size| renderer.draw(view, size, camera, theme));
         self.redraw = !drawn;
-        self.times = [posed - started, milliseconds() - posed];
+        self.pose_milliseconds = pose_milliseconds;
         Ok(drawn)
     }
 
@@ -260,16 +261,10 @@ impl Viewer {
         self.player.vertex_count()
     }
 
-    /// Milliseconds of the last drawn frame for posing (networks, solve, normals, upload).
+    /// Milliseconds that the last drawn frame took to pose (networks, solve, normals, upload); nothing where only the camera moved.
     #[wasm_bindgen(getter, js_name = poseMilliseconds)]
-    pub fn pose_milliseconds(&self) -> f64 {
-        self.times[0]
-    }
-
-    /// Milliseconds of the last drawn frame for giving the GPU its commands.
-    #[wasm_bindgen(getter, js_name = drawMilliseconds)]
-    pub fn draw_milliseconds(&self) -> f64 {
-        self.times[1]
+    pub fn pose_milliseconds(&self) -> Option<f64> {
+        self.pose_milliseconds
     }
 }
 

@@ -30,9 +30,9 @@ pub struct Orbit {
 }
 
 impl Default for Orbit {
-    /// A standing person, head to foot, slightly from the side and from above.
+    /// A dancing person, raised arms to feet, slightly from the side and from above.
     fn default() -> Self {
-        Self { azimuth: 0.35, elevation: 0.12, distance: 4.4, target: Vec3::new(0.0, 0.88, 0.0) }
+        Self { azimuth: 0.35, elevation: 0.12, distance: 4.9, target: Vec3::new(0.0, 0.95, 0.0) }
     }
 }
 

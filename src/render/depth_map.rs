@@ -16,13 +16,21 @@ pub(super) struct DepthMap {
     pub view: TextureView,
     /// Texels a side.
     pub size: u32,
+    /// How many levels coarser than the finest the figure may be here.
+    coarser: usize,
     matrix: Buffer,
     group: BindGroup,
     pipeline: RenderPipeline,
 }
 
 impl DepthMap {
-    pub fn new(device: &Device, label: &'static str, size: u32, figure_layout: &BindGroupLayout) -> Self {
+    pub fn new(
+        device: &Device,
+        label: &'static str,
+        size: u32,
+        coarser: usize,
+        figure_layout: &BindGroupLayout,
+    ) -> Self {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some(label),
             size: Extent3d { width: size, height: size, depth_or_array_layers: 1 },
@@ -58,7 +66,15 @@ impl DepthMap {
             entries: &[BindGroupEntry { binding: 0, resource: matrix.as_entire_binding() }],
         });
         let pipeline = pipeline(device, label, &layout, figure_layout);
-        Self { label, view: texture.create_view(&TextureViewDescriptor::default()), size, matrix, group, pipeline }
+        Self {
+            label,
+            view: texture.create_view(&TextureViewDescriptor::default()),
+            size,
+            coarser,
+            matrix,
+            group,
+            pipeline,
+        }
     }
 
     /// Fills the map with `figure` seen through `clip_from_world`.
@@ -75,7 +91,7 @@ impl DepthMap {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);
-        figure.draw(&mut pass);
+        figure.draw(&mut pass, self.coarser);
     }
 }
 

@@ -19,13 +19,14 @@ pub struct DrawnVertex {
     pub colour: [u8; 4],
 }
 
-/// Drawn vertices and triangles of the finest level.
+/// Drawn vertices of the finest level, and triangles over them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnSurface {
     /// Vertices.
     pub vertices: Vec<DrawnVertex>,
-    /// Triangles over `vertices`, in the order of the body's finest triangles.
-    pub triangles: Vec<Triangle>,
+    /// Triangles of every level over `vertices`, level 0 first: a level's vertices come first in all finer ones. The last entry is in the
+    /// order of the body's finest triangles.
+    pub levels: Vec<Vec<Triangle>>,
 }
 
 impl DrawnSurface {
@@ -41,8 +42,8 @@ impl DrawnSurface {
             coordinates = refined(&subdivision, level, &coordinates);
             colours = refined(&subdivision, level, &colours);
         }
-        let triangles = subdivision.triangles(level_count).to_vec();
-        let body_vertices = body_vertices(coordinates.len(), &triangles, body_triangles);
+        let finest = subdivision.triangles(level_count);
+        let body_vertices = body_vertices(coordinates.len(), finest, body_triangles);
         let vertices = coordinates
             .iter()
             .zip(&colours)
@@ -53,7 +54,8 @@ impl DrawnSurface {
                 colour: [colour.x.round() as u8, colour.y.round() as u8, colour.z.round() as u8, 255],
             })
             .collect();
-        Ok(Self { vertices, triangles })
+        let levels = (0..=level_count).map(|level| subdivision.triangles(level).to_vec()).collect();
+        Ok(Self { vertices, levels })
     }
 }
 
@@ -141,7 +143,8 @@ mod tests {
         for levels in 0..4 {
             let (triangles, positions) = fine_body(levels);
             let surface = DrawnSurface::new(&appearance(), &triangles, "test").unwrap();
-            assert_eq!(surface.triangles.len(), triangles.len());
+            let counts: Vec<usize> = surface.levels.iter().map(Vec::len).collect();
+            assert_eq!(counts, (0..=levels).map(|level| 2 << (2 * level)).collect::<Vec<_>>());
             assert!(surface.vertices.len() > positions.len(), "the seam stays open");
             for vertex in &surface.vertices {
                 // Texture coordinates equal positions here, so that they tell the place.

@@ -69,8 +69,8 @@ pub(super) fn group_layout(device: &Device) -> BindGroupLayout {
 /// The figure's buffers and bindings.
 pub(super) struct Figure {
     drawn_vertices: Buffer,
-    indices: Buffer,
-    index_count: u32,
+    /// Triangles of each level and how many indices they are, level 0 first.
+    levels: Vec<(Buffer, u32)>,
     vertices: Buffer,
     staging: Vec<SurfaceVertex>,
     group: BindGroup,
@@ -94,14 +94,17 @@ impl Figure {
             usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let levels = surface.levels.iter().map(|triangles| {
+            let indices = buffer("figure: triangles", bytemuck::cast_slice(triangles), BufferUsages::INDEX);
+            (indices, 3 * triangles.len() as u32)
+        });
         Self {
             drawn_vertices: buffer(
                 "figure: drawn vertices",
                 bytemuck::cast_slice(&surface.vertices),
                 BufferUsages::VERTEX,
             ),
-            indices: buffer("figure: triangles", bytemuck::cast_slice(&surface.triangles), BufferUsages::INDEX),
-            index_count: 3 * surface.triangles.len() as u32,
+            levels: levels.collect(),
             group: group(device, layout, &vertices, albedo),
             vertices,
             staging: Vec::new(),
@@ -121,12 +124,14 @@ impl Figure {
         queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&self.staging));
     }
 
-    /// Draws all triangles with the pass's pipeline.
-    pub fn draw(&self, pass: &mut RenderPass<'_>) {
+    /// Draws the triangles of the level `coarser` levels below the finest (of level 0 where there are fewer) with the pass's pipeline.
+    pub fn draw(&self, pass: &mut RenderPass<'_>, coarser: usize) {
+        let level = self.levels.len().saturating_sub(1 + coarser);
+        let Some((indices, count)) = self.levels.get(level) else { return };
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_vertex_buffer(0, self.drawn_vertices.slice(..));
-        pass.set_index_buffer(self.indices.slice(..), IndexFormat::Uint32);
-        pass.draw_indexed(0..self.index_count, 0, 0..1);
+        pass.set_index_buffer(indices.slice(..), IndexFormat::Uint32);
+        pass.draw_indexed(0..*count, 0, 0..1);
     }
 }
 

@@ -76,10 +76,10 @@ fn key_visibility(position: vec3f, pixel: vec2f, softest: f32) -> f32 {
             blockers += 1.0;
         }
     }
-    var penumbra = 3.0 * globals.key_texel;
-    if blockers > 0.0 {
-        penumbra = clamp(0.07 * gap / blockers * globals.key_depth, penumbra, softest);
+    if blockers == 0.0 {
+        return 1.0;
     }
+    let penumbra = clamp(0.07 * gap / blockers * globals.key_depth, 3.0 * globals.key_texel, softest);
     var visible = 0.0;
     for (var i = 0u; i < 16u; i++) {
         let tap = place + penumbra * share_of_metre * vogel_disc(i, 16u, turn);

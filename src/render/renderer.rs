@@ -45,8 +45,8 @@ impl Renderer {
     ) -> Self {
         let figure_layout = figure::group_layout(&device);
         let globals_layout = globals_layout(&device);
-        let key_map = DepthMap::new(&device, "key light's map", KEY_MAP_SIZE, &figure_layout);
-        let below_map = DepthMap::new(&device, "map from beneath", BELOW_MAP_SIZE, &figure_layout);
+        let key_map = DepthMap::new(&device, "key light's map", KEY_MAP_SIZE, 1, &figure_layout);
+        let below_map = DepthMap::new(&device, "map from beneath", BELOW_MAP_SIZE, 2, &figure_layout);
         let globals = device.create_buffer(&BufferDescriptor {
             label: Some("globals"),
             size: size_of::<Globals>() as u64,
@@ -100,7 +100,7 @@ impl Renderer {
             pass.set_bind_group(0, &self.globals_group, &[]);
             self.backdrop.draw(&mut pass);
             pass.set_pipeline(&self.figure_pipeline);
-            self.figure.draw(&mut pass);
+            self.figure.draw(&mut pass, 0);
         }
         self.queue.submit([encoder.finish()]);
     }

@@ -71,8 +71,8 @@ export interface Frame {
   readonly ended: boolean;
   /** From the frame before, where that one was shown just before this one. */
   readonly intervalMilliseconds: number | null;
-  /** Networks, solve, normals and upload. */
-  readonly poseMilliseconds: number;
+  /** Networks, solve, normals and upload; null where only the camera moved. */
+  readonly poseMilliseconds: number | null;
 }
 
 /** From the stage to the page. */

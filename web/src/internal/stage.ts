@@ -171,7 +171,7 @@ export class Stage {
           playing: viewer.playing,
           ended: viewer.ended,
           intervalMilliseconds: interval,
-          poseMilliseconds: viewer.poseMilliseconds,
+          poseMilliseconds: viewer.poseMilliseconds ?? null,
         },
       });
       this.#lastFrame = now;

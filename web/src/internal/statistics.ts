@@ -45,7 +45,7 @@ export class FrameCounter {
     this.#frames += 1;
     this.#firstFrame ??= performance.now() - this.#started;
     if (frame.intervalMilliseconds !== null) push(this.#intervals, frame.intervalMilliseconds);
-    push(this.#poses, frame.poseMilliseconds);
+    if (frame.poseMilliseconds !== null) push(this.#poses, frame.poseMilliseconds);
   }
 
   /** The figures now. */

@@ -1,4 +1,4 @@
-//! Scans in, avatar out, by the paper's method at a width that a processor trains in seconds.
+//! Scans in, avatar out: by the paper's method at a width that a processor trains in seconds, and in compact form.
 
 mod common;
 
@@ -31,17 +31,17 @@ fn reduced() -> TrainOptions {
     options
 }
 
-fn context(directory: &Directory) -> TrainContext {
+fn context(directory: &Directory, options: TrainOptions) -> TrainContext {
     let body = write_sequence(&directory.0);
     let sequence = Sequence::open(&directory.0).unwrap();
     let samples = (0..FRAME_COUNT).step_by(2).map(|frame| Sample { sequence: 0, frame }).collect();
-    TrainContext::new(body, vec![sequence], samples, reduced(), Progress::Silent).unwrap()
+    TrainContext::new(body, vec![sequence], samples, options, Progress::Silent).unwrap()
 }
 
 #[test]
 fn the_paper_preset_makes_an_avatar_that_beats_the_body() {
     let directory = Directory::new("end-to-end");
-    let context = context(&directory);
+    let context = context(&directory, reduced());
     let facts = Facts { name: "bumpy".into(), command: "a test".into(), preset: "paper".into(), notices: vec![] };
     let avatar = train(&context, &facts).unwrap();
 
@@ -67,9 +67,37 @@ fn the_paper_preset_makes_an_avatar_that_beats_the_body() {
 }
 
 #[test]
+fn the_compact_preset_beats_its_base_and_the_body() {
+    let directory = Directory::new("compact");
+    let mut options = TrainOptions::compact();
+    options.anchor_count = 200;
+    options.texture_size = 64;
+    // Few points for each vertex of the tiny body: the data must outweigh the smoothing.
+    options.compact.base_fit.smoothness = vec![3.0, 1.0];
+    options.compact.detail_fit.smoothness = vec![1.0, 0.3];
+    let context = context(&directory, options);
+    let facts = Facts { name: "bumpy".into(), command: "a test".into(), preset: "compact".into(), notices: vec![] };
+    let bytes = train(&context, &facts).unwrap().write();
+    assert_eq!(train(&context, &facts).unwrap().write(), bytes, "the same input, the same file");
+    let read = Avatar::read(&bytes, "bumpy.glb").unwrap();
+    let SurfaceFunction::Compact(laplacian) = &read.laplacian else { panic!("tables were asked for") };
+    assert_eq!(laplacian.level, 1);
+
+    let sequence = &context.sequences[0];
+    let unseen: Vec<usize> = (1..FRAME_COUNT).step_by(2).collect();
+    let evaluation = evaluate(Arc::new(read), sequence, &unseen, || ()).unwrap();
+    let (body, base, detailed) = (evaluation.body, evaluation.base, evaluation.detailed);
+    assert!(base.scan_to_mesh_cm < 0.35 * body.scan_to_mesh_cm, "{evaluation:?}");
+    assert!(base.mesh_to_scan_cm < 0.35 * body.mesh_to_scan_cm, "{evaluation:?}");
+    assert!(base.nc > body.nc, "{evaluation:?}");
+    assert!(detailed.scan_to_mesh_cm < base.scan_to_mesh_cm, "{evaluation:?}");
+    assert!(detailed.nc > base.nc - 0.002, "{evaluation:?}");
+}
+
+#[test]
 fn losses_fall_and_a_seed_decides() {
     let directory = Directory::new("losses");
-    let mut context = context(&directory);
+    let mut context = context(&directory, reduced());
     context.options.deformation.network.epoch_count = 30;
     context.options.laplacian.network.epoch_count = 4;
     let (deformation, base_history) = PlainDeformation.fit(&context).unwrap();

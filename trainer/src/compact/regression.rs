@@ -202,3 +202,95 @@ fn quantisation_step(values: impl Iterator<Item = f64> + Clone) -> f32 {
 fn quantise(value: f64, step: f32) -> i8 {
     (value / f64::from(step)).round().clamp(-127.0, 127.0) as i8
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crease::network::Scratch;
+    use glam::{Quat, Vec3};
+
+    const FRAME_COUNT: usize = 9;
+    const VERTEX_COUNT: usize = 40;
+
+    fn pose(bend: f32, twist: f32) -> Pose {
+        let mut pose = Pose::rest(3);
+        pose.rotations[1] = Quat::from_rotation_x(bend);
+        pose.rotations[2] = Quat::from_rotation_z(twist);
+        pose.translation = Vec3::X * bend;
+        pose
+    }
+
+    fn training_poses() -> Vec<Pose> {
+        (0..FRAME_COUNT).map(|t| pose(0.15 * t as f32, (0.8 * t as f32).sin())).collect()
+    }
+
+    /// A smooth field of vertex and of joint 1's angle.
+    fn truth(bend: f32) -> Vec<Vec3A> {
+        (0..VERTEX_COUNT)
+            .map(|v| {
+                let phase = 0.3 * v as f32;
+                Vec3A::new((phase + bend).sin(), (phase - 2.0 * bend).cos(), 0.5 + bend * phase.sin())
+            })
+            .collect()
+    }
+
+    fn whole(mask: u32) -> WeightedRegion {
+        WeightedRegion { mask: PoseMask(mask), vertices: (0..VERTEX_COUNT as u32).map(|v| (v, 1.0)).collect() }
+    }
+
+    fn options(basis_count: usize) -> RegressionOptions {
+        RegressionOptions { basis_count, kernel_length: 1.0, ridge: 1e-4, blend_steps: 0 }
+    }
+
+    fn train(mask: u32, basis_count: usize) -> Compact {
+        let targets: Vec<Vec<Vec3A>> = (0..FRAME_COUNT).map(|t| truth(0.15 * t as f32)).collect();
+        regress(0, &[whole(mask)], &training_poses(), &targets, &options(basis_count))
+    }
+
+    fn largest_error(compact: &Compact, pose: &Pose, truth: &[Vec3A]) -> f32 {
+        let mut values = vec![Vec3A::ZERO; VERTEX_COUNT];
+        compact.evaluate(pose, &mut Scratch::default(), &mut values);
+        values.iter().zip(truth).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn training_poses_give_their_targets_back_and_poses_between_come_close() {
+        let compact = train(0b010, FRAME_COUNT - 1);
+        for (t, pose) in training_poses().iter().enumerate() {
+            let error = largest_error(&compact, pose, &truth(0.15 * t as f32));
+            assert!(error < 0.03, "frame {t}: {error}");
+        }
+        assert!(largest_error(&compact, &pose(0.525, 0.0), &truth(0.525)) < 0.06);
+    }
+
+    #[test]
+    fn more_functions_leave_less_error() {
+        let error = |basis_count| largest_error(&train(0b010, basis_count), &training_poses()[7], &truth(1.05));
+        let errors = [1, 2, 4].map(error);
+        assert!(errors[0] > 2.0 * errors[1] && errors[1] > errors[2], "{errors:?}");
+    }
+
+    #[test]
+    fn a_region_without_joints_keeps_the_mean() {
+        let compact = train(0, 4);
+        assert!(compact.basis.is_empty());
+        let mean: Vec<Vec3A> = (0..VERTEX_COUNT)
+            .map(|v| (0..FRAME_COUNT).map(|t| truth(0.15 * t as f32)[v]).sum::<Vec3A>() / FRAME_COUNT as f32)
+            .collect();
+        assert!(largest_error(&compact, &pose(2.0, 1.0), &mean) < 1e-5);
+    }
+
+    #[test]
+    fn far_from_training_the_mean_comes_back() {
+        let compact = train(0b110, 4);
+        let mut far = pose(0.0, 0.0);
+        far.rotations[1] = Quat::from_rotation_y(std::f32::consts::PI);
+        far.rotations[2] = Quat::from_rotation_x(std::f32::consts::PI);
+        let mut values = vec![Vec3A::ZERO; VERTEX_COUNT];
+        compact.evaluate(&far, &mut Scratch::default(), &mut values);
+        for (v, value) in values.iter().enumerate() {
+            let mean = Vec3A::from_slice(&compact.mean[3 * v..]);
+            assert!(value.distance(mean) < 0.3, "vertex {v}: {value}, mean {mean}");
+        }
+    }
+}

@@ -185,3 +185,88 @@ fn solve_round(
         x[i] = reference[i] + y[i];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::sphere;
+
+    const RADIUS: f32 = 0.5;
+
+    fn options(smoothness: Vec<f32>) -> FitOptions {
+        FitOptions {
+            smoothness,
+            reject_distance: vec![0.1],
+            magnitude: 1e-4,
+            tangential: 0.1,
+            reject_cosine: 0.5,
+            iteration_count: 60,
+        }
+    }
+
+    /// A sphere whose upper part stands off by a cosine bump of 4 cm, seen where `is_seen`.
+    fn fitted(options: &FitOptions, is_seen: impl Fn(Vec3A) -> bool) -> (Vec<Vec3A>, impl Fn(Vec3A) -> f32) {
+        let bump = |direction: Vec3A| 0.04 * direction.y.max(0.0).powi(2);
+        let control = sphere(RADIUS, 2);
+        let subdivision = Subdivision::new(control.positions.len(), &control.triangles, 2);
+        let adjacency = Adjacency::new(control.positions.len(), &control.triangles);
+        let normals: Vec<Vec3A> =
+            sphere(1.0, 5).positions.into_iter().filter(|&direction| is_seen(direction)).collect();
+        let points: Vec<Vec3A> = normals.iter().map(|&n| n * (RADIUS + bump(n))).collect();
+        let scan = OrientedScan { points: &points, normals: &normals, weights: &vec![1.0; points.len()] };
+        let x = fit_surface(
+            &subdivision,
+            &adjacency,
+            Scheme::Loop,
+            0,
+            &control.positions,
+            &control.positions,
+            &scan,
+            options,
+        )
+        .unwrap();
+        (refine_to_finest(&subdivision, Scheme::Loop, 0, &x), move |p: Vec3A| {
+            p.length() - RADIUS - bump(p.normalize())
+        })
+    }
+
+    fn largest_gap(options: &FitOptions, is_seen: impl Fn(Vec3A) -> bool + Copy) -> f32 {
+        let (surface, gap) = fitted(options, is_seen);
+        surface.iter().map(|&p| gap(p).abs()).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn a_light_fit_meets_the_scan_and_a_heavy_one_does_not() {
+        assert!(largest_gap(&options(vec![10.0, 1.0, 0.1]), |_| true) < 1.5e-3);
+        assert!(largest_gap(&options(vec![1e6]), |_| true) > 5e-3);
+    }
+
+    #[test]
+    fn a_hole_is_bridged_smoothly() {
+        let light = options(vec![10.0, 1.0, 0.1]);
+        let is_seen = |direction: Vec3A| (direction - Vec3A::new(0.6, 0.8, 0.0)).length() > 0.35;
+        assert!(largest_gap(&light, is_seen) < 8e-3, "{}", largest_gap(&light, is_seen));
+    }
+
+    #[test]
+    fn points_beyond_reach_do_not_pull() {
+        let near = FitOptions { reject_distance: vec![1e-6], ..options(vec![1.0]) };
+        let (surface, _) = fitted(&near, |direction| direction.y > 0.5);
+        assert!(surface.iter().all(|p| (p.length() - RADIUS).abs() < 0.02), "the reference stays");
+    }
+
+    #[test]
+    fn restriction_is_the_transpose_of_refinement() {
+        let control = sphere(1.0, 1);
+        let subdivision = Subdivision::new(control.positions.len(), &control.triangles, 2);
+        let fine: Vec<Vec3A> =
+            (0..subdivision.vertex_count(2)).map(|k| Vec3A::new((k as f32).sin(), 1.0, (k as f32).cos())).collect();
+        for scheme in [Scheme::Loop, Scheme::Midpoint] {
+            let refined = refine_to_finest(&subdivision, scheme, 0, &control.positions);
+            let restricted = restrict_from_finest(&subdivision, scheme, 0, fine.clone());
+            let left: f32 = refined.iter().zip(&fine).map(|(a, b)| a.dot(*b)).sum();
+            let right: f32 = control.positions.iter().zip(&restricted).map(|(a, b)| a.dot(*b)).sum();
+            assert!((left - right).abs() < 1e-3 * left.abs().max(1.0), "{left} against {right}");
+        }
+    }
+}

@@ -21,7 +21,7 @@ impl SurfaceVertex {
 /// Cigolle et al. 2014, "A Survey of Efficient Representations for Independent Unit Vectors", oct32.
 fn pack_octahedral(normal: Vec3) -> u32 {
     let length = normal.abs().element_sum();
-    if !(length > 0.0) {
+    if length.is_nan() || length <= 0.0 {
         return 0;
     }
     let projected = normal / length;

@@ -20,7 +20,9 @@ try {
   collectProblems(page, result.problems);
   await watch(page);
 } catch (error) {
-  result.problems.push(error instanceof Error ? error.message : String(error));
+  // Further lines are Playwright's call stack.
+  const [reason] = String(error instanceof Error ? error.message : error).split("\n");
+  result.problems.push(reason);
 } finally {
   await browser.close();
 }
@@ -71,7 +73,7 @@ async function waitUntilReady(limitMilliseconds) {
 
 /** Waits until that many frames were drawn; returns how many were. */
 async function waitForFrames(page, wanted) {
-  const drawn = () => page.evaluate(() => document.querySelector("crease-avatar").statistics.frames);
+  const drawn = () => page.evaluate(() => document.querySelector("crease-avatar").statistics?.frames ?? 0);
   const deadline = Date.now() + order.limitMilliseconds;
   let frames = await drawn();
   while (frames < wanted) {

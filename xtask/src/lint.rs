@@ -7,11 +7,16 @@ use anyhow::Result;
 use crate::toolchain::Toolchain;
 use crate::{command, progress, wasm};
 
+/// Beside the default features: what native tests look at.
+pub const FEATURES: [&str; 2] = ["--features", "crease/fixture,crease/render"];
+
 /// Runs every lint; the first that complains ends it. The wasm bindings must have been built: tsc reads their types.
 pub fn run(toolchain: Toolchain) -> Result<()> {
     components()?;
     step("cargo fmt", command::cargo("fmt").args(["--all", "--check"]))?;
-    step("cargo clippy", command::cargo("clippy").args(["--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    let mut clippy = command::cargo("clippy");
+    clippy.args(["--workspace", "--all-targets"]).args(FEATURES).args(["--", "-D", "warnings"]);
+    step("cargo clippy", &mut clippy)?;
     step("cargo clippy, wasm", &mut wasm_lint(toolchain))?;
     step("biome", &mut wasm::npm_script("lint"))?;
     step("tsc", &mut wasm::npm_script("check"))

@@ -3,6 +3,7 @@
 mod browser;
 mod check;
 mod command;
+mod http;
 mod lint;
 mod picture;
 mod play;

@@ -1,26 +1,30 @@
 //! A small web server for this machine only.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
-use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::io::{self, BufReader, Seek, SeekFrom};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
-use anyhow::{Context, Result, anyhow};
-use tiny_http::{Header, Method, Request, Response, ResponseBox, Server, StatusCode};
+use anyhow::{Context, Result};
 
+use crate::http::{Request, Response};
 use crate::site::{self, Site};
-
-const THREADS: usize = 4;
 
 /// Ports tried in turn where the user names none.
 const USUAL_PORTS: std::ops::Range<u16> = 8080..8100;
 
+/// A browser that says nothing for this long, or takes nothing, is let go.
+const PATIENCE: Duration = Duration::from_secs(30);
+
 /// A running server; dropping it stops it.
 pub struct Serving {
-    server: Arc<Server>,
     address: SocketAddr,
-    threads: Vec<JoinHandle<()>>,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
 }
 
 /// Serves the site on 127.0.0.1: on the given port (0: any), else on the first usual one that is free.
@@ -30,21 +34,19 @@ pub fn start(site: Site, port: Option<u16>) -> Result<Serving> {
         None => USUAL_PORTS.chain([0]).find_map(|port| listen(port).ok()).context("no free port")?,
     };
     let address = listener.local_addr()?;
-    let server = Server::from_listener(listener, None).map_err(|error| anyhow!("cannot start the server: {error}"))?;
-    let (server, site) = (Arc::new(server), Arc::new(site));
-    let threads = (0..THREADS)
-        .map(|_| {
-            let (server, site) = (server.clone(), site.clone());
-            thread::spawn(move || {
-                for request in server.incoming_requests() {
-                    let response = answer(&request, &site, address.port());
-                    // The browser may have gone away in the middle of a file.
-                    let _ = request.respond(response);
-                }
-            })
-        })
-        .collect();
-    Ok(Serving { server, address, threads })
+    let is_over = Arc::new(AtomicBool::new(false));
+    let (site, flag) = (Arc::new(site), is_over.clone());
+    let thread = thread::spawn(move || {
+        for stream in listener.incoming().flatten() {
+            if flag.load(Ordering::Relaxed) {
+                return;
+            }
+            let site = site.clone();
+            // The browser may go away in the middle of a file: no error of ours.
+            thread::spawn(move || converse(&stream, &site, address.port()).ok());
+        }
+    });
+    Ok(Serving { address, is_over, thread: Some(thread) })
 }
 
 impl Serving {
@@ -56,48 +58,50 @@ impl Serving {
 
 impl Drop for Serving {
     fn drop(&mut self) {
-        for _ in &self.threads {
-            self.server.unblock();
-        }
-        for thread in self.threads.drain(..) {
+        self.is_over.store(true, Ordering::Relaxed);
+        // Wakes the thread that waits for the next browser.
+        if TcpStream::connect(self.address).is_ok()
+            && let Some(thread) = self.thread.take()
+        {
             // A thread that panicked has said so already.
             let _ = thread.join();
         }
     }
 }
 
-fn listen(port: u16) -> std::io::Result<TcpListener> {
+fn listen(port: u16) -> io::Result<TcpListener> {
     TcpListener::bind((Ipv4Addr::LOCALHOST, port))
 }
 
-fn answer(request: &Request, site: &Site, port: u16) -> ResponseBox {
-    if !is_for_this_machine(header(request, "Host"), port) {
-        // Else any site could point its own name at this address and read the answers.
-        return plain(403, "This server answers to localhost only.");
-    }
-    if !matches!(request.method(), Method::Get | Method::Head) {
-        return plain(405, "Only GET and HEAD.");
-    }
-    if request.url() == "/favicon.ico" {
-        return plain(204, "");
-    }
-    match site.file(request.url()) {
-        None => plain(404, "There is no such file."),
-        Some(path) => {
-            let opened = File::open(&path).and_then(|file| file.metadata().map(|data| (file, data.len())));
-            match opened {
-                Ok((file, length)) => {
-                    let range = header(request, "Range").and_then(|text| byte_range(text, length));
-                    content(file, length, range, site::media_type(&path))
-                }
-                Err(error) => plain(500, &format!("Cannot read the file: {error}.")),
-            }
-        }
-    }
+/// One request and its answer.
+fn converse(mut stream: &TcpStream, site: &Site, port: u16) -> io::Result<()> {
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let request = Request::read(&mut BufReader::new(stream))?;
+    let has_body = request.as_ref().is_none_or(|request| request.method != "HEAD");
+    let response = match request {
+        Some(request) => answer(&request, site, port),
+        None => Response::text(400, "This is no HTTP request."),
+    };
+    // Nothing is cached: whoever rebuilds sees the new files.
+    let response = response.with("Cache-Control", "no-store").with("X-Content-Type-Options", "nosniff");
+    response.write(&mut stream, has_body)
 }
 
-fn header<'a>(request: &'a Request, name: &'static str) -> Option<&'a str> {
-    request.headers().iter().find(|header| header.field.equiv(name)).map(|header| header.value.as_str())
+fn answer(request: &Request, site: &Site, port: u16) -> Response {
+    if !is_for_this_machine(request.header("Host"), port) {
+        // Else any site could point its own name at this address and read the answers.
+        return Response::text(403, "This server answers to localhost only.");
+    }
+    if !matches!(request.method.as_str(), "GET" | "HEAD") {
+        return Response::text(405, "Only GET and HEAD.");
+    }
+    if request.target == "/favicon.ico" {
+        return Response::text(200, "");
+    }
+    let Some(path) = site.file(&request.target) else { return Response::text(404, "There is no such file.") };
+    let range = request.header("Range");
+    content(&path, range).unwrap_or_else(|error| Response::text(500, &format!("Cannot read the file: {error}.")))
 }
 
 fn is_for_this_machine(host: Option<&str>, port: u16) -> bool {
@@ -125,51 +129,25 @@ fn byte_range(text: &str, file_length: u64) -> Option<ByteRange> {
     if start >= end { Some(ByteRange::Unsatisfiable) } else { Some(ByteRange::Part { start, length: end - start }) }
 }
 
-fn content(mut file: File, file_length: u64, range: Option<ByteRange>, media_type: &str) -> ResponseBox {
-    let (status, start, length) = match range {
-        None => (200, 0, file_length),
-        Some(ByteRange::Part { start, length }) => (206, start, length),
-        Some(ByteRange::Unsatisfiable) => return plain(416, "The range lies beyond the end of the file."),
+fn content(path: &Path, range: Option<&str>) -> io::Result<Response> {
+    let mut file = File::open(path)?;
+    let file_length = file.metadata()?.len();
+    let media_type = site::media_type(path);
+    let response = match range.and_then(|text| byte_range(text, file_length)) {
+        None => Response::new(200, media_type, file_length, file),
+        Some(ByteRange::Unsatisfiable) => Response::text(416, "The range lies beyond the end of the file."),
+        Some(ByteRange::Part { start, length }) => {
+            file.seek(SeekFrom::Start(start))?;
+            let range = format!("bytes {start}-{}/{file_length}", start + length - 1);
+            Response::new(206, media_type, length, file).with("Content-Range", range)
+        }
     };
-    if let Err(error) = file.seek(SeekFrom::Start(start)) {
-        return plain(500, &format!("Cannot read the file: {error}."));
-    }
-    let mut headers = common_headers(media_type);
-    headers.push(field("Accept-Ranges", "bytes"));
-    if status == 206 {
-        headers.push(field("Content-Range", &format!("bytes {start}-{}/{file_length}", start + length - 1)));
-    }
-    Response::new(StatusCode(status), headers, file.take(length), Some(length as usize), None)
-        .with_chunked_threshold(usize::MAX)
-        .boxed()
-}
-
-fn plain(status: u16, text: &str) -> ResponseBox {
-    let mut response = Response::from_string(text).with_status_code(status);
-    for header in common_headers("text/plain; charset=utf-8") {
-        response.add_header(header);
-    }
-    response.boxed()
-}
-
-/// Nothing is cached: whoever rebuilds sees the new files.
-fn common_headers(media_type: &str) -> Vec<Header> {
-    vec![
-        field("Content-Type", media_type),
-        field("Cache-Control", "no-store"),
-        field("X-Content-Type-Options", "nosniff"),
-    ]
-}
-
-fn field(name: &str, value: &str) -> Header {
-    Header::from_bytes(name, value).expect("our own header fields are ASCII")
+    Ok(response.with("Accept-Ranges", "bytes"))
 }
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-    use std::net::TcpStream;
-    use std::path::Path;
+    use std::io::{Read, Write};
 
     use super::*;
 
@@ -180,7 +158,7 @@ mod tests {
     fn ask(serving: &Serving, request: &str) -> String {
         let mut stream = TcpStream::connect(serving.address).unwrap();
         let request = request.replace("PORT", &serving.address.port().to_string());
-        write!(stream, "{request}\r\nConnection: close\r\n\r\n").unwrap();
+        write!(stream, "{request}\r\n\r\n").unwrap();
         let mut answer = String::new();
         stream.read_to_string(&mut answer).unwrap();
         answer
@@ -214,6 +192,16 @@ mod tests {
     fn what_is_not_there_and_what_is_not_allowed_say_so() {
         assert!(ask(&serving(), "GET /Cargo.toml HTTP/1.1\r\nHost: localhost:PORT").starts_with("HTTP/1.1 404"));
         assert!(ask(&serving(), "DELETE / HTTP/1.1\r\nHost: localhost:PORT").starts_with("HTTP/1.1 405"));
+    }
+
+    #[test]
+    fn many_browsers_are_served_while_others_say_nothing() {
+        let serving = serving();
+        let silent: Vec<_> = (0..16).map(|_| TcpStream::connect(serving.address).unwrap()).collect();
+        for _ in 0..16 {
+            assert!(ask(&serving, "HEAD / HTTP/1.1\r\nHost: localhost:PORT").starts_with("HTTP/1.1 4"));
+        }
+        drop(silent);
     }
 
     #[test]

@@ -53,12 +53,12 @@ impl Default for CompactOptions {
                 ..common.clone()
             },
             base_fit: FitOptions {
-                smoothness: vec![20.0, 8.0, 3.0],
-                reject_distance: vec![0.08, 0.05, 0.05],
+                smoothness: vec![20.0, 5.0, 1.0, 0.4],
+                reject_distance: vec![0.08, 0.05],
                 ..common.clone()
             },
             detail_fit: FitOptions {
-                smoothness: vec![8.0, 3.0, 2.0],
+                smoothness: vec![5.0, 1.5, 0.5],
                 reject_distance: vec![0.05],
                 ..common
             },

@@ -29,20 +29,20 @@ impl NearestPoints {
     /// The point nearest to `query`.
     pub fn one(&self, query: Vec3A) -> Neighbour {
         let found = self.tree.query(&query.to_array()).nearest_one::<SquaredEuclidean<f32>>().execute();
-        Neighbour { index: found.item as u32, squared_distance: found.distance }
+        Neighbour { index: found.item, squared_distance: found.distance }
     }
 
     /// The `count` nearest points, nearest first; fewer where the cloud has fewer.
     pub fn several(&self, query: Vec3A, count: NonZero<usize>) -> Vec<Neighbour> {
         let found = self.tree.query(&query.to_array()).nearest_n::<SquaredEuclidean<f32>>(count).execute();
-        found.iter().map(|item| Neighbour { index: item.item as u32, squared_distance: item.distance }).collect()
+        found.iter().map(|item| Neighbour { index: item.item, squared_distance: item.distance }).collect()
     }
 
     /// All points within `radius` metres, in no order.
     pub fn within(&self, query: Vec3A, radius: f32) -> Vec<Neighbour> {
         let found =
             self.tree.query(&query.to_array()).within::<SquaredEuclidean<f32>>(radius * radius).unsorted().execute();
-        found.iter().map(|item| Neighbour { index: item.item as u32, squared_distance: item.distance }).collect()
+        found.iter().map(|item| Neighbour { index: item.item, squared_distance: item.distance }).collect()
     }
 }
 

@@ -39,7 +39,7 @@ fn step(name: &str, command: &mut Command) -> Result<()> {
 pub fn wasm(toolchain: Toolchain) -> Result<()> {
     let mut cargo = toolchain.cargo("test");
     // The module's own profile: it is what browsers run, and its dependencies have been compiled already.
-    cargo.args(["--package", "crease", "--test", "wasm", "--no-default-features", "--profile", "web"]);
+    cargo.args(["--package", "crease", "--test", "fixtures", "--no-default-features", "--profile", "web"]);
     browser::configure_wasm_tests(&mut cargo)?;
     step("wasm tests in headless Chromium", &mut cargo)
 }

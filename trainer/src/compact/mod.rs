@@ -62,7 +62,7 @@ impl Default for CompactOptions {
                 reject_distance: vec![0.05],
                 ..common
             },
-            deformation: regression.clone(),
+            deformation: regression,
             laplacian: regression,
             laplacian_level: 1,
             clamp: 600.0,

@@ -72,6 +72,45 @@ mod tests {
     use crease::pose_feature::PoseMask;
     use glam::{Quat, Vec3A};
 
+    fn import(mlp: &Mlp, device: &Device) -> Network {
+        let tensor = |values: &[f32], shape: [usize; 2]| Tensor::<2>::from_data(TensorData::new(values.to_vec(), shape), device);
+        let layers = mlp.layers.iter().map(|layer| Linear {
+            weight: Param::from_tensor(tensor(&layer.weight, [layer.output_count(), layer.input_count()]).transpose()),
+            bias: Some(Param::from_data(TensorData::new(layer.bias.clone(), [layer.bias.len()]), device)),
+        });
+        Network { layers: layers.collect() }
+    }
+
+    #[test]
+    fn the_fixture_says_the_same_in_training_as_in_the_runtime() {
+        let device = training_device(ComputeDevice::Cpu).unwrap();
+        let file = include_bytes!("../../../tests/fixtures/tiny_plain.glb");
+        let avatar = crease::avatar::Avatar::read(file, "tiny_plain.glb").unwrap();
+        let mut animator = crease::animate::Animator::new(std::sync::Arc::new(avatar)).unwrap();
+        let pose = crease::fixture::bent_pose();
+        animator.animate(&pose, &crease::animate::Options::default());
+        let avatar = animator.avatar();
+        for (name, function) in [("f_d", &avatar.deformation), ("f_l", &avatar.laplacian)] {
+            let crease::network::SurfaceFunction::Mlp(mlp) = function else { panic!("{name} is plain") };
+            let domain = &animator.domains()[function.level()];
+            let features = Features::new(mlp.encoding, pose.rotations.len());
+            let (angles, length) = (features.axis_angles(&pose), features.length());
+            let mut rows = vec![0.0; length * domain.canonical.len()];
+            for (i, row) in rows.chunks_exact_mut(length).enumerate() {
+                features.fill(domain.canonical[i], domain.masks[i], &angles, row);
+            }
+            let input = Tensor::from_data(TensorData::new(rows, [domain.canonical.len(), length]), &device);
+            let expected = numbers(import(mlp, &device).forward(input) * mlp.output_scale);
+            let mut out = vec![Vec3A::ZERO; domain.canonical.len()];
+            function.evaluate(domain, &pose, &mut Scratch::default(), &mut out);
+            let scale = out.iter().map(|value| value.length()).fold(0.0, f32::max);
+            assert!(scale > 0.0, "{name} says something");
+            for (value, expected) in out.iter().zip(expected.chunks_exact(3)) {
+                assert!(value.distance(Vec3A::from_slice(expected)) < 1e-4 * scale, "{name}: {value} against {expected:?}");
+            }
+        }
+    }
+
     #[test]
     fn forward_agrees_with_the_runtime() {
         let device = training_device(ComputeDevice::Cpu).unwrap();

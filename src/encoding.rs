@@ -35,9 +35,7 @@ mod tests {
 
     #[test]
     fn ten_frequencies_make_sixty_three_numbers() {
-        let encoding = PositionalEncoding {
-            frequency_count: 10,
-        };
+        let encoding = PositionalEncoding { frequency_count: 10 };
         let mut out = vec![f32::NAN; encoding.length()];
         encoding.encode(Vec3A::new(0.5, 0.0, -0.25), &mut out);
         assert_eq!(out.len(), 63);

@@ -13,11 +13,7 @@ pub fn quat_from_axis_angle(axis_angle: Vec3) -> Quat {
 
 /// Axis-angle vector (radians, length at most π) of a unit quaternion.
 pub fn axis_angle_from_quat(rotation: Quat) -> Vec3 {
-    let rotation = if rotation.w < 0.0 {
-        -rotation
-    } else {
-        rotation
-    };
+    let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
     let sine = rotation.xyz().length();
     if sine < 1e-8 {
         return 2.0 * rotation.xyz();
@@ -38,17 +34,9 @@ mod tests {
 
     #[test]
     fn axis_angle_round_trip_keeps_angles_up_to_pi() {
-        for vector in [
-            Vec3::ZERO,
-            Vec3::new(1e-6, 0.0, 0.0),
-            Vec3::new(0.3, -1.2, 0.7),
-            Vec3::new(0.0, 3.1, 0.0),
-        ] {
+        for vector in [Vec3::ZERO, Vec3::new(1e-6, 0.0, 0.0), Vec3::new(0.3, -1.2, 0.7), Vec3::new(0.0, 3.1, 0.0)] {
             let back = axis_angle_from_quat(quat_from_axis_angle(vector));
-            assert!(
-                (back - vector).length() < 1e-5,
-                "{vector} came back as {back}"
-            );
+            assert!((back - vector).length() < 1e-5, "{vector} came back as {back}");
         }
     }
 

@@ -41,22 +41,14 @@ pub struct Pose {
 impl Pose {
     /// The rest pose (T-pose at the origin).
     pub fn rest(joint_count: usize) -> Self {
-        Self {
-            rotations: vec![Quat::IDENTITY; joint_count],
-            translation: Vec3::ZERO,
-        }
+        Self { rotations: vec![Quat::IDENTITY; joint_count], translation: Vec3::ZERO }
     }
 
     /// From SMPL's axis-angle numbers: three per joint, radians.
     pub fn from_axis_angle(numbers: &[f32], translation: Vec3) -> Self {
-        let rotations = numbers
-            .chunks_exact(3)
-            .map(|n| rotation::quat_from_axis_angle(Vec3::new(n[0], n[1], n[2])))
-            .collect();
-        Self {
-            rotations,
-            translation,
-        }
+        let rotations =
+            numbers.chunks_exact(3).map(|n| rotation::quat_from_axis_angle(Vec3::new(n[0], n[1], n[2]))).collect();
+        Self { rotations, translation }
     }
 }
 
@@ -66,14 +58,12 @@ pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
     for (joint, parent) in rig.parents.iter().enumerate() {
         let rotation = pose.rotations[joint];
         let transform = match parent {
-            None => Affine3A::from_rotation_translation(
-                rotation,
-                Vec3::from(rig.rest_joints[joint]) + pose.translation,
-            ),
+            None => {
+                Affine3A::from_rotation_translation(rotation, Vec3::from(rig.rest_joints[joint]) + pose.translation)
+            }
             Some(parent) => {
                 let offset = rig.rest_joints[joint] - rig.rest_joints[*parent];
-                world_from_joint[*parent]
-                    * Affine3A::from_rotation_translation(rotation, offset.into())
+                world_from_joint[*parent] * Affine3A::from_rotation_translation(rotation, offset.into())
             }
         };
         world_from_joint.push(transform);
@@ -97,9 +87,6 @@ impl Skin {
                 translation += transform.translation * weight;
             }
         }
-        Affine3A {
-            matrix3: matrix,
-            translation,
-        }
+        Affine3A { matrix3: matrix, translation }
     }
 }

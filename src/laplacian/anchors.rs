@@ -14,16 +14,11 @@ pub fn sample_elimination(positions: &[Vec3A], area: f32, count: usize) -> Vec<u
         return eliminate(positions, area, count);
     }
     let mut candidates: Vec<u32> = (0..positions.len() as u32).collect();
-    candidates.sort_unstable_by_key(|&k| {
-        (k.wrapping_mul(0x9E37_79B9) ^ k >> 7).wrapping_mul(0x85EB_CA6B)
-    });
+    candidates.sort_unstable_by_key(|&k| (k.wrapping_mul(0x9E37_79B9) ^ k >> 7).wrapping_mul(0x85EB_CA6B));
     candidates.truncate(candidate_count);
     candidates.sort_unstable();
     let thinned: Vec<Vec3A> = candidates.iter().map(|&k| positions[k as usize]).collect();
-    eliminate(&thinned, area, count)
-        .into_iter()
-        .map(|k| candidates[k as usize])
-        .collect()
+    eliminate(&thinned, area, count).into_iter().map(|k| candidates[k as usize]).collect()
 }
 
 /// Yuksel finds five enough; more spread a little better, and time grows with the square.
@@ -45,20 +40,15 @@ fn eliminate(positions: &[Vec3A], area: f32, count: usize) -> Vec<u32> {
     }
 
     // Weights only fall, so an entry of the heap is an upper bound: one that is out of date goes back with its present weight.
-    let mut heap: BinaryHeap<Candidate> = (0..)
-        .zip(&weights)
-        .map(|(vertex, &weight)| Candidate { weight, vertex })
-        .collect();
+    let mut heap: BinaryHeap<Candidate> =
+        (0..).zip(&weights).map(|(vertex, &weight)| Candidate { weight, vertex }).collect();
     let mut removed = positions.len() - count;
     while removed > 0
         && let Some(top) = heap.pop()
     {
         let present = weights[top.vertex as usize];
         if present < top.weight {
-            heap.push(Candidate {
-                weight: present,
-                ..top
-            });
+            heap.push(Candidate { weight: present, ..top });
             continue;
         }
         let position = positions[top.vertex as usize];
@@ -86,10 +76,7 @@ impl Crowding {
         let largest_radius = (area / (2.0 * 3f32.sqrt() * count as f32)).sqrt();
         let share = count as f32 / of as f32;
         let smallest_radius = largest_radius * (1.0 - share * share.sqrt()) * 0.65;
-        Self {
-            reach: 2.0 * largest_radius,
-            limit: 2.0 * smallest_radius,
-        }
+        Self { reach: 2.0 * largest_radius, limit: 2.0 * smallest_radius }
     }
 
     fn weight(&self, distance_squared: f32) -> f64 {
@@ -113,9 +100,7 @@ impl Eq for Candidate {}
 
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.weight
-            .total_cmp(&other.weight)
-            .then(other.vertex.cmp(&self.vertex))
+        self.weight.total_cmp(&other.weight).then(other.vertex.cmp(&self.vertex))
     }
 }
 
@@ -136,34 +121,19 @@ struct Grid {
 impl Grid {
     /// Cells are no smaller than `reach`, so that all points within it are in the 27 cells around, and no more than the points.
     fn new(positions: &[Vec3A], reach: f32) -> Self {
-        let smallest = positions
-            .iter()
-            .fold(Vec3A::INFINITY, |bound, p| bound.min(*p));
-        let largest = positions
-            .iter()
-            .fold(Vec3A::NEG_INFINITY, |bound, p| bound.max(*p));
-        let counts = |cell_size: f32| {
-            ((largest - smallest) / cell_size)
-                .to_array()
-                .map(|cells| cells as usize + 1)
-        };
+        let smallest = positions.iter().fold(Vec3A::INFINITY, |bound, p| bound.min(*p));
+        let largest = positions.iter().fold(Vec3A::NEG_INFINITY, |bound, p| bound.max(*p));
+        let counts = |cell_size: f32| ((largest - smallest) / cell_size).to_array().map(|cells| cells as usize + 1);
         let is_too_many = |counts: [usize; 3]| {
-            counts
-                .iter()
-                .fold(1usize, |product, &count| product.saturating_mul(count))
-                > positions.len().max(64)
+            counts.iter().fold(1usize, |product, &count| product.saturating_mul(count)) > positions.len().max(64)
         };
         let mut cell_size = reach.max(f32::MIN_POSITIVE);
         while is_too_many(counts(cell_size)) {
             cell_size *= 1.3;
         }
         let cell_counts = counts(cell_size);
-        let mut grid = Self {
-            origin: smallest,
-            cell_size,
-            cell_counts,
-            cells: vec![Vec::new(); cell_counts.iter().product()],
-        };
+        let mut grid =
+            Self { origin: smallest, cell_size, cell_counts, cells: vec![Vec::new(); cell_counts.iter().product()] };
         for (k, &position) in positions.iter().enumerate() {
             let cell = grid.index(grid.cell_of(position));
             grid.cells[cell].push((k as u32, position));
@@ -188,16 +158,12 @@ impl Grid {
     fn for_each_near(&self, position: Vec3A, mut visit: impl FnMut(u32, Vec3A)) {
         let [xs, ys, zs]: [_; 3] = {
             let cell = self.cell_of(position);
-            std::array::from_fn(|axis| {
-                cell[axis].saturating_sub(1)..=(cell[axis] + 1).min(self.cell_counts[axis] - 1)
-            })
+            std::array::from_fn(|axis| cell[axis].saturating_sub(1)..=(cell[axis] + 1).min(self.cell_counts[axis] - 1))
         };
         for z in zs {
             for y in ys.clone() {
                 for x in xs.clone() {
-                    self.cells[self.index([x, y, z])]
-                        .iter()
-                        .for_each(|&(vertex, other)| visit(vertex, other));
+                    self.cells[self.index([x, y, z])].iter().for_each(|&(vertex, other)| visit(vertex, other));
                 }
             }
         }
@@ -227,13 +193,9 @@ mod tests {
         let chosen = sample_elimination(&sphere.positions, 4.0 * PI, 300);
         assert_eq!(chosen.len(), 300);
         assert!(chosen.is_sorted_by(|a, b| a < b));
-        let random: Vec<u32> = (0..300)
-            .map(|i| 34 * i + (17.0 + 33.0 * noise(i)) as u32)
-            .collect();
-        let (even, uneven) = (
-            spacing(&sphere.positions, 4.0 * PI, &chosen),
-            spacing(&sphere.positions, 4.0 * PI, &random),
-        );
+        let random: Vec<u32> = (0..300).map(|i| 34 * i + (17.0 + 33.0 * noise(i)) as u32).collect();
+        let (even, uneven) =
+            (spacing(&sphere.positions, 4.0 * PI, &chosen), spacing(&sphere.positions, 4.0 * PI, &random));
         // Yuksel reports 0.7 and more on planes.
         assert!(even > 0.7 && uneven < 0.3, "{even} and {uneven}");
     }
@@ -243,10 +205,7 @@ mod tests {
         let sphere = icosphere(3);
         let first = sample_elimination(&sphere.positions, 4.0 * PI, 50);
         assert_eq!(first, sample_elimination(&sphere.positions, 4.0 * PI, 50));
-        assert_ne!(
-            first,
-            sample_elimination(&sphere.positions, 4.0 * PI, 51)[..50]
-        );
+        assert_ne!(first, sample_elimination(&sphere.positions, 4.0 * PI, 51)[..50]);
     }
 
     #[test]

@@ -12,19 +12,13 @@ pub fn apply_topological(adjacency: &Adjacency, u: &[Vec3A], out: &mut [Vec3A]) 
     for (k, (out, &own)) in out.iter_mut().zip(u).enumerate() {
         let neighbours = adjacency.of(k);
         let sum: Vec3A = neighbours.iter().map(|&j| u[j as usize]).sum();
-        *out = if neighbours.is_empty() {
-            Vec3A::ZERO
-        } else {
-            own - sum / neighbours.len() as f32
-        };
+        *out = if neighbours.is_empty() { Vec3A::ZERO } else { own - sum / neighbours.len() as f32 };
     }
 }
 
 /// 1/N_k of each vertex, 1 for a vertex without neighbours.
 pub fn reciprocal_valences(adjacency: &Adjacency) -> Vec<f32> {
-    (0..adjacency.vertex_count())
-        .map(|k| (adjacency.valence(k).max(1) as f32).recip())
-        .collect()
+    (0..adjacency.vertex_count()).map(|k| (adjacency.valence(k).max(1) as f32).recip()).collect()
 }
 
 /// out = Lᵀ x: x_k minus the sum over its neighbours j of x_j / N_j, with `reciprocal_valences` 1/N.
@@ -37,15 +31,8 @@ pub fn apply_topological_transposed(
     assert_eq!(x.len(), out.len());
     for (k, (out, &own)) in out.iter_mut().zip(x).enumerate() {
         let neighbours = adjacency.of(k);
-        let sum: Vec3A = neighbours
-            .iter()
-            .map(|&j| x[j as usize] * reciprocal_valences[j as usize])
-            .sum();
-        *out = if neighbours.is_empty() {
-            Vec3A::ZERO
-        } else {
-            own - sum
-        };
+        let sum: Vec3A = neighbours.iter().map(|&j| x[j as usize] * reciprocal_valences[j as usize]).sum();
+        *out = if neighbours.is_empty() { Vec3A::ZERO } else { own - sum };
     }
 }
 
@@ -61,11 +48,7 @@ pub fn row_scales(adjacency: &Adjacency, areas: &[f32], scales: &mut [f32]) {
     let table: [f32; 16] = std::array::from_fn(factor);
     for (k, (scale, area)) in scales.iter_mut().zip(areas).enumerate() {
         let valence = adjacency.valence(k);
-        *scale = area
-            * table
-                .get(valence)
-                .copied()
-                .unwrap_or_else(|| factor(valence));
+        *scale = area * table.get(valence).copied().unwrap_or_else(|| factor(valence));
     }
 }
 
@@ -92,28 +75,16 @@ mod tests {
         let (mut areas, mut scales) = (vec![0.0; positions.len()], vec![0.0; positions.len()]);
         mixed_voronoi_areas(positions, &mesh.triangles, &mut areas);
         row_scales(&adjacency_of(mesh), &areas, &mut scales);
-        laplacian_of(mesh, positions)
-            .iter()
-            .zip(scales)
-            .map(|(l, s)| *l / s)
-            .collect()
+        laplacian_of(mesh, positions).iter().zip(scales).map(|(l, s)| *l / s).collect()
     }
 
     #[test]
     fn constants_are_the_null_space() {
         for mesh in [torus(10, 7), grid(4, 3)] {
             let constant = vec![Vec3A::new(0.3, -2.0, 5.0); mesh.positions.len()];
-            assert!(
-                laplacian_of(&mesh, &constant)
-                    .iter()
-                    .all(|l| l.length() < 2e-6)
-            );
+            assert!(laplacian_of(&mesh, &constant).iter().all(|l| l.length() < 2e-6));
             let varied = noise_vectors(mesh.positions.len(), 3);
-            assert!(
-                laplacian_of(&mesh, &varied)
-                    .iter()
-                    .all(|l| l.length() > 1e-4)
-            );
+            assert!(laplacian_of(&mesh, &varied).iter().all(|l| l.length() > 1e-4));
         }
     }
 
@@ -121,19 +92,10 @@ mod tests {
     fn delta_turns_with_the_surface_and_ignores_translation() {
         let mesh = torus(30, 16);
         let turn = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-1.1);
-        let moved: Vec<Vec3A> = mesh
-            .positions
-            .iter()
-            .map(|&p| turn * p + Vec3A::from(Vec3::new(1.0, 0.2, -0.4)))
-            .collect();
-        for (before, after) in delta_of(&mesh, &mesh.positions)
-            .iter()
-            .zip(delta_of(&mesh, &moved))
-        {
-            assert!(
-                (turn * *before - after).length() < 0.02,
-                "{before} against {after}"
-            );
+        let moved: Vec<Vec3A> =
+            mesh.positions.iter().map(|&p| turn * p + Vec3A::from(Vec3::new(1.0, 0.2, -0.4))).collect();
+        for (before, after) in delta_of(&mesh, &mesh.positions).iter().zip(delta_of(&mesh, &moved)) {
+            assert!((turn * *before - after).length() < 0.02, "{before} against {after}");
         }
     }
 
@@ -141,10 +103,7 @@ mod tests {
     fn delta_scales_inversely_with_size() {
         let mesh = torus(30, 16);
         let larger: Vec<Vec3A> = mesh.positions.iter().map(|&p| 4.0 * p).collect();
-        for (small, large) in delta_of(&mesh, &mesh.positions)
-            .iter()
-            .zip(delta_of(&mesh, &larger))
-        {
+        for (small, large) in delta_of(&mesh, &mesh.positions).iter().zip(delta_of(&mesh, &larger)) {
             assert!((*small - 4.0 * large).length() < 1e-3 * small.length());
         }
     }
@@ -157,11 +116,7 @@ mod tests {
         let deltas = delta_of(&mesh, &positions);
         // The umbrella is exact on regular rings only. Stretched rings cost a few percent along the normal, and give a part along
         // the surface that says how vertices are spread, not how the surface bends.
-        let ratios: Vec<f32> = deltas
-            .iter()
-            .zip(&mesh.positions)
-            .map(|(d, n)| d.dot(*n) * radius / 2.0)
-            .collect();
+        let ratios: Vec<f32> = deltas.iter().zip(&mesh.positions).map(|(d, n)| d.dot(*n) * radius / 2.0).collect();
         let mean = ratios.iter().sum::<f32>() / ratios.len() as f32;
         assert!((mean - 1.0).abs() < 0.02, "mean {mean}");
         assert!(
@@ -179,19 +134,10 @@ mod tests {
             let (x, y) = (noise_vectors(count, 1), noise_vectors(count, 7000));
             let (mut lx, mut lty) = (x.clone(), y.clone());
             apply_topological(&adjacency, &x, &mut lx);
-            apply_topological_transposed(
-                &adjacency,
-                &reciprocal_valences(&adjacency),
-                &y,
-                &mut lty,
-            );
-            let dot =
-                |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f32>();
+            apply_topological_transposed(&adjacency, &reciprocal_valences(&adjacency), &y, &mut lty);
+            let dot = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f32>();
             let (left, right) = (dot(&lx, &y), dot(&x, &lty));
-            assert!(
-                (left - right).abs() < 1e-4 * (1.0 + left.abs()),
-                "{left} against {right}"
-            );
+            assert!((left - right).abs() < 1e-4 * (1.0 + left.abs()), "{left} against {right}");
             // L itself is no such transpose where valences differ.
             assert!((left - dot(&x, &laplacian_of(&mesh, &y))).abs() > 1e-2);
         }
@@ -204,18 +150,11 @@ mod tests {
         let mut scales = [1.0; 4];
         row_scales(&adjacency_of(&square), &[2.0; 4], &mut scales);
         let third = 2.0 / 3.0 / 3f32.sqrt();
-        assert_eq!(
-            scales.map(|s| (s * 1e5).round()),
-            [third, 0.0, 0.0, third].map(|s| (s * 1e5).round())
-        );
+        assert_eq!(scales.map(|s| (s * 1e5).round()), [third, 0.0, 0.0, third].map(|s| (s * 1e5).round()));
 
         let subdivision = Subdivision::new(12, &icosphere(0).triangles, 1);
         let mut scales = [0.0; 42];
-        row_scales(
-            &Adjacency::new(42, subdivision.triangles(1)),
-            &[1.0; 42],
-            &mut scales,
-        );
+        row_scales(&Adjacency::new(42, subdivision.triangles(1)), &[1.0; 42], &mut scales);
         assert!((scales[0] - 0.275_276).abs() < 1e-5 && (scales[41] - 0.288_675).abs() < 1e-5);
     }
 

@@ -27,20 +27,11 @@ fn corner_shares(p: Vec3A, q: Vec3A, r: Vec3A) -> Vec3A {
     // |edge| |edge| cos of the angle at p, q, r: negative where obtuse.
     let dots = -vec3a(pq.dot(rp), qr.dot(pq), rp.dot(qr));
     if dots.min_element() < 0.0 {
-        let obtuse = Vec3A::select(
-            dots.cmplt(Vec3A::ZERO),
-            Vec3A::splat(0.25),
-            Vec3A::splat(0.125),
-        );
+        let obtuse = Vec3A::select(dots.cmplt(Vec3A::ZERO), Vec3A::splat(0.25), Vec3A::splat(0.125));
         return twice_area * obtuse;
     }
     // Voronoi: an eighth of each adjacent edge squared times the cotangent opposite to it.
-    let opposite = dots
-        * vec3a(
-            qr.length_squared(),
-            rp.length_squared(),
-            pq.length_squared(),
-        );
+    let opposite = dots * vec3a(qr.length_squared(), rp.length_squared(), pq.length_squared());
     let sum = opposite.element_sum();
     (Vec3A::splat(sum) - opposite) / (8.0 * twice_area)
 }
@@ -70,36 +61,19 @@ mod tests {
             .map(|[p, q, r]| 0.5 * (q - p).cross(r - p).length())
             .sum();
         let sum: f32 = areas_of(&mesh.positions, &mesh.triangles).iter().sum();
-        assert!(
-            (sum / surface - 1.0).abs() < 1e-5,
-            "{sum} against {surface}"
-        );
+        assert!((sum / surface - 1.0).abs() < 1e-5, "{sum} against {surface}");
     }
 
     #[test]
     fn known_triangles() {
         // Equilateral: a third each. Right angle: half at the right angle. Obtuse (Meyer 2003, Fig. 4): a half there, a quarter elsewhere.
-        let equilateral = [
-            vec3a(0.0, 0.0, 0.0),
-            vec3a(2.0, 0.0, 0.0),
-            vec3a(1.0, 3f32.sqrt(), 0.0),
-        ];
-        let right = [
-            vec3a(0.0, 0.0, 0.0),
-            vec3a(2.0, 0.0, 0.0),
-            vec3a(0.0, 4.0, 0.0),
-        ];
-        let obtuse = [
-            vec3a(0.0, 0.0, 0.0),
-            vec3a(4.0, 0.0, 0.0),
-            vec3a(-1.0, 2.0, 0.0),
-        ];
+        let equilateral = [vec3a(0.0, 0.0, 0.0), vec3a(2.0, 0.0, 0.0), vec3a(1.0, 3f32.sqrt(), 0.0)];
+        let right = [vec3a(0.0, 0.0, 0.0), vec3a(2.0, 0.0, 0.0), vec3a(0.0, 4.0, 0.0)];
+        let obtuse = [vec3a(0.0, 0.0, 0.0), vec3a(4.0, 0.0, 0.0), vec3a(-1.0, 2.0, 0.0)];
         let third = 3f32.sqrt() / 3.0;
-        for (corners, expected) in [
-            (equilateral, [third, third, third]),
-            (right, [2.0, 1.0, 1.0]),
-            (obtuse, [2.0, 1.0, 1.0]),
-        ] {
+        for (corners, expected) in
+            [(equilateral, [third, third, third]), (right, [2.0, 1.0, 1.0]), (obtuse, [2.0, 1.0, 1.0])]
+        {
             for (area, expected) in areas_of(&corners, &[[0, 1, 2]]).iter().zip(expected) {
                 assert!((area - expected).abs() < 1e-5, "{area} against {expected}");
             }

@@ -25,11 +25,8 @@ pub(super) fn loop_stencils(
         }
     }
 
-    let mut stencils = SparseMatrix::with_capacity(
-        vertex_count + edges.len(),
-        7 * vertex_count + 4 * edges.len(),
-        vertex_count,
-    );
+    let mut stencils =
+        SparseMatrix::with_capacity(vertex_count + edges.len(), 7 * vertex_count + 4 * edges.len(), vertex_count);
     let mut row = Vec::new();
     for (k, boundary) in boundary_neighbours.iter().enumerate() {
         row.clear();
@@ -47,9 +44,7 @@ pub(super) fn loop_stencils(
     }
     for (&[a, b], across) in edges.iter().zip(&across) {
         match (across.count, across.corners) {
-            (2, [c, d]) if c != d => {
-                stencils.push_row(&mut [(a, 0.375), (b, 0.375), (c, 0.125), (d, 0.125)])
-            }
+            (2, [c, d]) if c != d => stencils.push_row(&mut [(a, 0.375), (b, 0.375), (c, 0.125), (d, 0.125)]),
             (2, [c, _]) => stencils.push_row(&mut [(a, 0.375), (b, 0.375), (c, 0.25)]),
             _ => stencils.push_row(&mut [(a, 0.5), (b, 0.5)]),
         }
@@ -71,11 +66,7 @@ struct Across {
     corners: [u32; 2],
 }
 
-fn corners_across(
-    edge_count: usize,
-    triangles: &[Triangle],
-    edge_of: impl Fn(u32, u32) -> u32,
-) -> Vec<Across> {
+fn corners_across(edge_count: usize, triangles: &[Triangle], edge_of: impl Fn(u32, u32) -> u32) -> Vec<Across> {
     let mut across = vec![Across::default(); edge_count];
     for &[a, b, c] in triangles {
         for (from, to, corner) in [(a, b, c), (b, c, a), (c, a, b)] {

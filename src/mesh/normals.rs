@@ -30,13 +30,7 @@ mod tests {
         let sphere = icosphere(3);
         let mut normals = vec![Vec3A::ZERO; sphere.positions.len()];
         vertex_normals(&sphere.positions, &sphere.triangles, &mut normals);
-        assert!(
-            sphere
-                .positions
-                .iter()
-                .zip(&normals)
-                .all(|(p, n)| p.dot(*n) > 0.9995)
-        );
+        assert!(sphere.positions.iter().zip(&normals).all(|(p, n)| p.dot(*n) > 0.9995));
     }
 
     #[test]
@@ -45,10 +39,7 @@ mod tests {
         let mut normals = vec![Vec3A::ZERO; 8];
         vertex_normals(&cube.positions, &cube.triangles, &mut normals);
         for (p, n) in cube.positions.iter().zip(&normals) {
-            assert!(
-                (n.length() - 1.0).abs() < 1e-6 && n.dot(p.normalize()) > 0.8,
-                "{p} {n}"
-            );
+            assert!((n.length() - 1.0).abs() < 1e-6 && n.dot(p.normalize()) > 0.8, "{p} {n}");
         }
     }
 

@@ -31,8 +31,7 @@ impl SparseMatrix {
     /// Appends a row; the entries are sorted here and must name each column once.
     pub fn push_row(&mut self, entries: &mut [(u32, f32)]) {
         entries.sort_unstable_by_key(|&(column, _)| column);
-        self.columns
-            .extend(entries.iter().map(|&(column, _)| column));
+        self.columns.extend(entries.iter().map(|&(column, _)| column));
         self.values.extend(entries.iter().map(|&(_, value)| value));
         self.offsets.push(self.columns.len() as u32);
     }
@@ -40,10 +39,7 @@ impl SparseMatrix {
     /// (column, value) of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f32)> + Clone + '_ {
         let range = self.offsets[i] as usize..self.offsets[i + 1] as usize;
-        self.columns[range.clone()]
-            .iter()
-            .copied()
-            .zip(self.values[range].iter().copied())
+        self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
     /// out = M x.
@@ -82,19 +78,13 @@ impl SparseMatrix {
                 *at += 1;
             }
         }
-        Self {
-            offsets,
-            columns,
-            values,
-            column_count: self.row_count(),
-        }
+        Self { offsets, columns, values, column_count: self.row_count() }
     }
 
     /// M R. Entries that cancel stay, so that the pattern depends on the patterns alone.
     pub fn times(&self, right: &Self) -> Self {
         assert_eq!(self.column_count, right.row_count());
-        let mut product =
-            Self::with_capacity(self.row_count(), 8 * self.row_count(), right.column_count);
+        let mut product = Self::with_capacity(self.row_count(), 8 * self.row_count(), right.column_count);
         let mut sums = vec![0.0f32; right.column_count];
         let mut seen_in_row = vec![u32::MAX; right.column_count];
         let mut row_columns = Vec::new();
@@ -112,9 +102,7 @@ impl SparseMatrix {
             }
             row_columns.sort_unstable();
             product.columns.extend_from_slice(&row_columns);
-            product
-                .values
-                .extend(row_columns.iter().map(|&column| sums[column as usize]));
+            product.values.extend(row_columns.iter().map(|&column| sums[column as usize]));
             product.offsets.push(product.columns.len() as u32);
         }
         product

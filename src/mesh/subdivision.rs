@@ -45,16 +45,9 @@ struct Refinement {
 impl Subdivision {
     /// Subdivides `level_count` times (0 is allowed). The indices of `triangles` must be below `vertex_count`.
     pub fn new(vertex_count: usize, triangles: &[Triangle], level_count: usize) -> Self {
-        let mut subdivision = Self {
-            vertex_count,
-            triangles: triangles.to_vec(),
-            refinements: Vec::new(),
-        };
+        let mut subdivision = Self { vertex_count, triangles: triangles.to_vec(), refinements: Vec::new() };
         for level in 0..level_count {
-            let refinement = Refinement::new(
-                subdivision.vertex_count(level),
-                subdivision.triangles(level),
-            );
+            let refinement = Refinement::new(subdivision.vertex_count(level), subdivision.triangles(level));
             subdivision.refinements.push(refinement);
         }
         subdivision
@@ -91,9 +84,7 @@ impl Subdivision {
     where
         T: Copy + Add<Output = T> + Mul<f32, Output = T>,
     {
-        let Refinement {
-            edges, stencils, ..
-        } = &self.refinements[level];
+        let Refinement { edges, stencils, .. } = &self.refinements[level];
         match scheme {
             Scheme::Loop => stencils.apply(coarse, fine),
             Scheme::Midpoint => {
@@ -150,23 +141,14 @@ impl Refinement {
         for &[a, b, c] in coarse_triangles {
             // A triangle that names a vertex twice has no such edge; its pieces stay degenerate.
             let middle = |a: u32, b: u32| {
-                if a == b {
-                    a
-                } else {
-                    vertex_count as u32 + edge_of(a, b)
-                }
+                if a == b { a } else { vertex_count as u32 + edge_of(a, b) }
             };
             let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
             triangles.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
         }
         let stencils = loop_stencils(&adjacency, &edges, coarse_triangles, edge_of);
         let stencils_transposed = stencils.transposed();
-        Self {
-            edges,
-            triangles,
-            stencils,
-            stencils_transposed,
-        }
+        Self { edges, triangles, stencils, stencils_transposed }
     }
 }
 
@@ -187,15 +169,9 @@ mod tests {
         }
         let sphere = icosahedron();
         let subdivision = Subdivision::new(12, &sphere.triangles, 2);
-        assert_eq!(
-            [0, 1, 2].map(|level| subdivision.vertex_count(level)),
-            [12, 42, 162]
-        );
+        assert_eq!([0, 1, 2].map(|level| subdivision.vertex_count(level)), [12, 42, 162]);
         assert_eq!(subdivision.edges(0).len(), 30);
-        assert_eq!(
-            Subdivision::new(12, &sphere.triangles, 0).vertex_count(0),
-            12
-        );
+        assert_eq!(Subdivision::new(12, &sphere.triangles, 0).vertex_count(0), 12);
     }
 
     #[test]
@@ -207,10 +183,7 @@ mod tests {
         let fine = subdivided(&sheet, Scheme::Midpoint);
         assert_eq!(fine.positions[..12], sheet.positions);
         for (&[a, b], &p) in edges.iter().zip(&fine.positions[12..]) {
-            assert_eq!(
-                p,
-                (sheet.positions[a as usize] + sheet.positions[b as usize]) * 0.5
-            );
+            assert_eq!(p, (sheet.positions[a as usize] + sheet.positions[b as usize]) * 0.5);
         }
     }
 
@@ -234,32 +207,18 @@ mod tests {
             (25, &ring, 5.0 / 8.0, 1.0 / 16.0),
         ] {
             let subdivision = Subdivision::new(vertex_count, triangles, 1);
-            let (mut impulse, mut fine) = (
-                vec![0.0f32; vertex_count],
-                vec![0.0; subdivision.vertex_count(1)],
-            );
+            let (mut impulse, mut fine) = (vec![0.0f32; vertex_count], vec![0.0; subdivision.vertex_count(1)]);
             impulse[0] = 1.0;
             subdivision.refine(Scheme::Loop, 0, &impulse, &mut fine);
             assert!((fine[0] - own).abs() < 1e-5, "{} against {own}", fine[0]);
             let adjacency = Adjacency::new(vertex_count, triangles);
-            assert!(
-                adjacency
-                    .of(0)
-                    .iter()
-                    .all(|&j| (fine[j as usize] - beta).abs() < 1e-5)
-            );
+            assert!(adjacency.of(0).iter().all(|&j| (fine[j as usize] - beta).abs() < 1e-5));
             for (edge, value) in subdivision.edges(0).iter().zip(&fine[vertex_count..]) {
                 let across = triangles
                     .iter()
-                    .filter(|t| {
-                        t.contains(&0) && edge.iter().all(|e| t.contains(e)) && !edge.contains(&0)
-                    })
+                    .filter(|t| t.contains(&0) && edge.iter().all(|e| t.contains(e)) && !edge.contains(&0))
                     .count();
-                let expected = if edge.contains(&0) {
-                    0.375
-                } else {
-                    0.125 * across as f32
-                };
+                let expected = if edge.contains(&0) { 0.375 } else { 0.125 * across as f32 };
                 assert_eq!(*value, expected);
             }
         }
@@ -278,12 +237,7 @@ mod tests {
         sheet.positions[7].z = 1.0;
         let lifted = subdivided(&sheet, Scheme::Loop);
         let moved = |edge: [u32; 2]| {
-            let at = 15
-                + Subdivision::new(15, &sheet.triangles, 1)
-                    .edges(0)
-                    .iter()
-                    .position(|e| *e == edge)
-                    .unwrap();
+            let at = 15 + Subdivision::new(15, &sheet.triangles, 1).edges(0).iter().position(|e| *e == edge).unwrap();
             lifted.positions[at] != flat.positions[at]
         };
         assert!(!moved([1, 2]) && moved([2, 7]) && moved([1, 7]));
@@ -312,18 +266,10 @@ mod tests {
             vertex_normals(&mesh.positions, &mesh.triangles, &mut normals);
             let edges = Adjacency::new(mesh.positions.len(), &mesh.triangles).edges();
             let cosine = |[a, b]: &[u32; 2]| normals[*a as usize].dot(normals[*b as usize]);
-            edges
-                .iter()
-                .map(cosine)
-                .fold(1.0, f32::min)
-                .acos()
-                .to_degrees()
+            edges.iter().map(cosine).fold(1.0, f32::min).acos().to_degrees()
         };
         let (smooth, creased) = (widest_angle(Scheme::Loop), widest_angle(Scheme::Midpoint));
-        assert!(
-            smooth < 15.0 && creased > 40.0,
-            "{smooth} and {creased} degrees"
-        );
+        assert!(smooth < 15.0 && creased > 40.0, "{smooth} and {creased} degrees");
     }
 
     #[test]

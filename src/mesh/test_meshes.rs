@@ -8,19 +8,12 @@ use std::f32::consts::TAU;
 pub fn icosahedron() -> Mesh {
     let golden = (1.0 + 5f32.sqrt()) / 2.0;
     let mut positions = Vec::new();
-    for (a, b) in [
-        (1.0, golden),
-        (-1.0, golden),
-        (1.0, -golden),
-        (-1.0, -golden),
-    ] {
-        positions
-            .extend([vec3a(0.0, a, b), vec3a(a, b, 0.0), vec3a(b, 0.0, a)].map(Vec3A::normalize));
+    for (a, b) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
+        positions.extend([vec3a(0.0, a, b), vec3a(a, b, 0.0), vec3a(b, 0.0, a)].map(Vec3A::normalize));
     }
     // Faces are the triples at mutual edge distance, turned outward.
     let edge = 4.0 / (1.0 + golden * golden);
-    let near =
-        |i: usize, j: usize| (positions[i].distance_squared(positions[j]) - edge).abs() < 1e-3;
+    let near = |i: usize, j: usize| (positions[i].distance_squared(positions[j]) - edge).abs() < 1e-3;
     let mut triangles = Vec::new();
     for i in 0..12 {
         for j in i + 1..12 {
@@ -31,17 +24,13 @@ pub fn icosahedron() -> Mesh {
             }
         }
     }
-    Mesh {
-        positions,
-        triangles,
-    }
+    Mesh { positions, triangles }
 }
 
 /// A cube of side 2 about the origin, two triangles a face.
 pub fn cube() -> Mesh {
-    let positions: Vec<Vec3A> = (0..8)
-        .map(|i| vec3a(f(i & 1), f(i >> 1 & 1), f(i >> 2 & 1)) * 2.0 - Vec3A::ONE)
-        .collect();
+    let positions: Vec<Vec3A> =
+        (0..8).map(|i| vec3a(f(i & 1), f(i >> 1 & 1), f(i >> 2 & 1)) * 2.0 - Vec3A::ONE).collect();
     let mut triangles = Vec::new();
     for axis in 0..3 {
         let (u, v) = (1u32 << ((axis + 1) % 3), 1u32 << ((axis + 2) % 3));
@@ -50,10 +39,7 @@ pub fn cube() -> Mesh {
             triangles.push(outward(&positions, [side, side + u + v, side + v]));
         }
     }
-    Mesh {
-        positions,
-        triangles,
-    }
+    Mesh { positions, triangles }
 }
 
 /// The icosahedron subdivided `levels` times at edge midpoints, vertices pushed onto the unit sphere.
@@ -73,8 +59,7 @@ pub fn torus(around: u32, across: u32) -> Mesh {
         for j in 0..across {
             let (u, v) = (TAU * f(i) / f(around), TAU * f(j) / f(across));
             let radius = 0.3 + 0.12 * v.cos();
-            mesh.positions
-                .push(vec3a(radius * u.cos(), 0.12 * v.sin(), radius * u.sin()));
+            mesh.positions.push(vec3a(radius * u.cos(), 0.12 * v.sin(), radius * u.sin()));
             let at = |di, dj| (i + di) % around * across + (j + dj) % across;
             mesh.triangles.push([at(0, 0), at(0, 1), at(1, 1)]);
             mesh.triangles.push([at(0, 0), at(1, 1), at(1, 0)]);
@@ -104,10 +89,7 @@ pub fn subdivided(mesh: &Mesh, scheme: super::Scheme) -> Mesh {
     let subdivision = Subdivision::new(mesh.positions.len(), &mesh.triangles, 1);
     let mut positions = vec![Vec3A::ZERO; subdivision.vertex_count(1)];
     subdivision.refine(scheme, 0, &mesh.positions, &mut positions);
-    Mesh {
-        positions,
-        triangles: subdivision.triangles(1).to_vec(),
-    }
+    Mesh { positions, triangles: subdivision.triangles(1).to_vec() }
 }
 
 /// A value in −0.5 .. 0.5 from a counter: noise that is the same everywhere.
@@ -121,18 +103,12 @@ pub fn noise(counter: u32) -> f32 {
 
 /// A noise vector for each of `count` vertices.
 pub fn noise_vectors(count: usize, seed: u32) -> Vec<Vec3A> {
-    (0..count as u32)
-        .map(|i| Vec3A::from_array([0, 1, 2].map(|c| noise(seed + 3 * i + c))))
-        .collect()
+    (0..count as u32).map(|i| Vec3A::from_array([0, 1, 2].map(|c| noise(seed + 3 * i + c)))).collect()
 }
 
 fn outward(positions: &[Vec3A], [a, b, c]: Triangle) -> Triangle {
     let [p, q, r] = [a, b, c].map(|i| positions[i as usize]);
-    if (q - p).cross(r - p).dot(p + q + r) > 0.0 {
-        [a, b, c]
-    } else {
-        [a, c, b]
-    }
+    if (q - p).cross(r - p).dot(p + q + r) > 0.0 { [a, b, c] } else { [a, c, b] }
 }
 
 fn f(x: u32) -> f32 {

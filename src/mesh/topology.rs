@@ -48,10 +48,7 @@ impl Adjacency {
             }
             offsets.push(neighbours.len() as u32);
         }
-        Self {
-            offsets,
-            neighbours,
-        }
+        Self { offsets, neighbours }
     }
 
     /// Neighbours of vertex `k`.
@@ -73,12 +70,7 @@ impl Adjacency {
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::with_capacity(self.neighbours.len() / 2);
         for k in 0..self.vertex_count() {
-            edges.extend(
-                self.of(k)
-                    .iter()
-                    .filter(|&&j| j as usize > k)
-                    .map(|&j| [k as u32, j]),
-            );
+            edges.extend(self.of(k).iter().filter(|&&j| j as usize > k).map(|&j| [k as u32, j]));
         }
         edges
     }
@@ -106,10 +98,7 @@ mod tests {
         let sheet = grid(3, 2);
         let adjacency = Adjacency::new(sheet.positions.len(), &sheet.triangles);
         assert_eq!(adjacency.of(0), [1, 4, 5]);
-        assert_eq!(
-            adjacency.edges().len(),
-            sheet.positions.len() + sheet.triangles.len() - 1
-        );
+        assert_eq!(adjacency.edges().len(), sheet.positions.len() + sheet.triangles.len() - 1);
     }
 
     #[test]
@@ -118,12 +107,7 @@ mod tests {
         let adjacency = Adjacency::new(ring.positions.len(), &ring.triangles);
         for k in 0..adjacency.vertex_count() {
             assert!(adjacency.of(k).is_sorted_by(|a, b| a < b));
-            assert!(
-                adjacency
-                    .of(k)
-                    .iter()
-                    .all(|&j| adjacency.of(j as usize).contains(&(k as u32)))
-            );
+            assert!(adjacency.of(k).iter().all(|&j| adjacency.of(j as usize).contains(&(k as u32))));
         }
     }
 

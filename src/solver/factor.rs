@@ -78,25 +78,10 @@ fn minimum_degree_order(matrix: &SparseMatrix) -> (Vec<u32>, Vec<u32>) {
     let count = matrix.row_count();
     let (mut order, mut inverse) = (vec![0u32; count], vec![0u32; count]);
     if count > 0 {
-        let symbolic = SymbolicSparseColMatRef::new_checked(
-            count,
-            count,
-            &matrix.offsets,
-            None,
-            &matrix.columns,
-        );
-        let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<u32>(
-            count,
-            matrix.columns.len(),
-        ));
-        amd::order_maybe_unsorted(
-            &mut order,
-            &mut inverse,
-            symbolic,
-            Default::default(),
-            MemStack::new(&mut memory),
-        )
-        .expect("u32 holds the size of every mesh that u32 indices can name");
+        let symbolic = SymbolicSparseColMatRef::new_checked(count, count, &matrix.offsets, None, &matrix.columns);
+        let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<u32>(count, matrix.columns.len()));
+        amd::order_maybe_unsorted(&mut order, &mut inverse, symbolic, Default::default(), MemStack::new(&mut memory))
+            .expect("u32 holds the size of every mesh that u32 indices can name");
     }
     (order, inverse)
 }

@@ -24,9 +24,7 @@ fn dense_matrix(subdivision: &Subdivision) -> Vec<Vec<f64>> {
     let matrix = coarsest_matrix(subdivision);
     let mut dense = vec![vec![0.0; 42]; 42];
     for (i, dense) in dense.iter_mut().enumerate() {
-        matrix
-            .row(i)
-            .for_each(|(j, value)| dense[j as usize] = f64::from(value));
+        matrix.row(i).for_each(|(j, value)| dense[j as usize] = f64::from(value));
     }
     dense
 }
@@ -41,8 +39,7 @@ fn factor_is_the_dense_factor_of_the_permuted_matrix_rounded() {
     for j in 0..42 {
         d[j] = dense[at(j)][at(j)] - (0..j).map(|k| l[j][k] * l[j][k] * d[k]).sum::<f64>();
         for i in j + 1..42 {
-            l[i][j] = (dense[at(i)][at(j)] - (0..j).map(|k| l[i][k] * l[j][k] * d[k]).sum::<f64>())
-                / d[j];
+            l[i][j] = (dense[at(i)][at(j)] - (0..j).map(|k| l[i][k] * l[j][k] * d[k]).sum::<f64>()) / d[j];
         }
     }
     let matrix = coarsest_matrix(&subdivision);
@@ -55,13 +52,8 @@ fn factor_is_the_dense_factor_of_the_permuted_matrix_rounded() {
         for i in j + 1..42 {
             match rows.binary_search(&(i as u32)) {
                 Ok(entry) => {
-                    let value =
-                        f64::from(factor.values[pattern.offsets[j] as usize + entry].to_f32());
-                    assert!(
-                        (value - l[i][j]).abs() < 6e-4 * l[i][j].abs() + 1e-5,
-                        "{value} against {}",
-                        l[i][j]
-                    );
+                    let value = f64::from(factor.values[pattern.offsets[j] as usize + entry].to_f32());
+                    assert!((value - l[i][j]).abs() < 6e-4 * l[i][j].abs() + 1e-5, "{value} against {}", l[i][j]);
                 }
                 Err(_) => assert!(l[i][j].abs() < 1e-12, "{} outside of the pattern", l[i][j]),
             }
@@ -76,14 +68,8 @@ fn direct_solve_inverts_up_to_half_precision() {
     let x = noise_vectors(42, 4);
     let (mut b, mut solved) = (x.clone(), x.clone());
     matrix.apply(&x, &mut b);
-    DirectSolver::new(&matrix, &factor)
-        .unwrap()
-        .solve(&b, &mut solved);
-    assert!(
-        x.iter()
-            .zip(&solved)
-            .all(|(x, solved)| (*x - *solved).length() < 0.02)
-    );
+    DirectSolver::new(&matrix, &factor).unwrap().solve(&b, &mut solved);
+    assert!(x.iter().zip(&solved).all(|(x, solved)| (*x - *solved).length() < 0.02));
 }
 
 #[test]
@@ -97,11 +83,7 @@ fn size_is_two_bytes_an_entry_and_the_same_every_time() {
     // Fill stays low where there is something to order: a quarter of all pairs at 642 vertices, and falling.
     let larger = Subdivision::new(642, &icosphere(3).triangles, 1);
     let factor = CoarseFactor::new(&larger, &ANCHORS, 1.0);
-    assert!(
-        factor.values.len() < 642 * 641 / 2 / 3,
-        "{}",
-        factor.values.len()
-    );
+    assert!(factor.values.len() < 642 * 641 / 2 / 3, "{}", factor.values.len());
 }
 
 #[test]
@@ -110,37 +92,19 @@ fn a_factor_that_does_not_fit_is_refused_with_field_expected_and_found() {
     let refused = |change: &dyn Fn(&mut CoarseFactor)| {
         let mut factor = factor.clone();
         change(&mut factor);
-        Solver::new(&subdivision, &ANCHORS, 1.0, factor)
-            .map(|_| ())
-            .unwrap_err()
-            .to_string()
+        Solver::new(&subdivision, &ANCHORS, 1.0, factor).map(|_| ()).unwrap_err().to_string()
     };
     let count = factor.values.len();
-    assert_eq!(
-        refused(&|f| f.values.truncate(7)),
-        format!("solver factor: values has 7 entries, expected {count}")
-    );
-    assert_eq!(
-        refused(&|f| f.diagonal.push(1.0)),
-        "solver factor: diagonal has 43 entries, expected 42"
-    );
-    assert_eq!(
-        refused(&|f| f.permutation.clear()),
-        "solver factor: permutation has 0 entries, expected 42"
-    );
+    assert_eq!(refused(&|f| f.values.truncate(7)), format!("solver factor: values has 7 entries, expected {count}"));
+    assert_eq!(refused(&|f| f.diagonal.push(1.0)), "solver factor: diagonal has 43 entries, expected 42");
+    assert_eq!(refused(&|f| f.permutation.clear()), "solver factor: permutation has 0 entries, expected 42");
     for wrong in [42, factor.permutation[1]] {
         assert_eq!(
             refused(&|f| f.permutation[0] = wrong),
             "solver factor: permutation is expected to name each of 42 vertices once"
         );
     }
-    assert_eq!(
-        refused(&|f| f.diagonal[3] = -1.0),
-        "solver factor: diagonal[3] is -1, expected positive and finite"
-    );
-    assert_eq!(
-        refused(&|f| f.values[5] = f16::NAN),
-        "solver factor: values[5] is NaN, expected finite"
-    );
+    assert_eq!(refused(&|f| f.diagonal[3] = -1.0), "solver factor: diagonal[3] is -1, expected positive and finite");
+    assert_eq!(refused(&|f| f.values[5] = f16::NAN), "solver factor: values[5] is NaN, expected finite");
     assert!(Solver::new(&subdivision, &ANCHORS, 1.0, factor.clone()).is_ok());
 }

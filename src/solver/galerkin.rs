@@ -8,11 +8,7 @@ use crate::mesh::{Adjacency, Subdivision};
 ///
 /// On the finest level A = MᵀM with M the rows of L above √w_a times the rows of the anchors; a coarser level has PᵀAP with P the Loop
 /// stencils. A's own pattern is the two-ring, too large to assemble when MP gives the next matrix at once.
-pub(super) fn operators(
-    subdivision: &Subdivision,
-    anchors: &[u32],
-    anchor_weight: f32,
-) -> Vec<SparseMatrix> {
+pub(super) fn operators(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> Vec<SparseMatrix> {
     let rows = finest_rows(subdivision, anchors, anchor_weight);
     let Some(below_finest) = subdivision.level_count().checked_sub(1) else {
         return vec![gram(&rows)];

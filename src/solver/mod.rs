@@ -81,14 +81,7 @@ impl Solver {
 
     /// Solves for `d` (finest level) from the rows' residual `r`; `d` comes in as the first guess. Returns the iterations done.
     pub fn solve(&mut self, r: &[Vec3A], d: &mut [Vec3A], stop: Stop) -> u32 {
-        let Self {
-            operator,
-            preconditioner,
-            residual,
-            preconditioned,
-            direction,
-            product,
-        } = self;
+        let Self { operator, preconditioner, residual, preconditioned, direction, product } = self;
         operator.right_side(r, residual);
         if d.iter().any(|d| *d != Vec3A::ZERO) {
             operator.subtract_product(d, residual);
@@ -101,10 +94,7 @@ impl Solver {
         let mut last_largest = f32::INFINITY;
         for iteration in 0..limit {
             preconditioner.apply(residual, preconditioned);
-            let largest = preconditioned
-                .iter()
-                .fold(0.0f32, |largest, z| largest.max(z.length_squared()))
-                .sqrt();
+            let largest = preconditioned.iter().fold(0.0f32, |largest, z| largest.max(z.length_squared())).sqrt();
             let is_enough = match stop {
                 Stop::Iterations(_) => iteration + 1 == limit,
                 // The preconditioned residual is nearly the error, and this iteration still lowers it, about as the last one did.
@@ -117,11 +107,7 @@ impl Solver {
             let ratio = divide(next_energy, energy);
             energy = next_energy;
             for (direction, z) in direction.iter_mut().zip(&*preconditioned) {
-                *direction = if iteration == 0 {
-                    *z
-                } else {
-                    *z + *direction * ratio
-                };
+                *direction = if iteration == 0 { *z } else { *z + *direction * ratio };
             }
             product.fill(Vec3A::ZERO);
             operator.subtract_product(direction, product);
@@ -148,11 +134,7 @@ fn dot(a: &[Vec3A], b: &[Vec3A]) -> Vec3A {
 /// a / b by coordinate; zero where b is not positive, as when that coordinate is solved exactly.
 fn divide(a: Vec3A, b: Vec3A) -> Vec3A {
     let is_positive = b.cmpgt(Vec3A::ZERO);
-    Vec3A::select(
-        is_positive,
-        a / Vec3A::select(is_positive, b, Vec3A::ONE),
-        Vec3A::ZERO,
-    )
+    Vec3A::select(is_positive, a / Vec3A::select(is_positive, b, Vec3A::ONE), Vec3A::ZERO)
 }
 
 #[cfg(all(test, feature = "factor"))]

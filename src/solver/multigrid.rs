@@ -37,12 +37,7 @@ impl Operator {
         match self {
             Self::Normal(normal) => normal.diagonal(),
             Self::Assembled(matrix) => {
-                let entry = |i| {
-                    matrix
-                        .row(i)
-                        .find(|&(column, _)| column as usize == i)
-                        .map_or(1.0, |(_, value)| value)
-                };
+                let entry = |i| matrix.row(i).find(|&(column, _)| column as usize == i).map_or(1.0, |(_, value)| value);
                 (0..matrix.row_count()).map(entry).collect()
             }
         }
@@ -88,45 +83,28 @@ impl Level {
     /// Two Chebyshev steps on A x = residual: adds to `correction` and lowers `residual`. When nobody needs the residual any more
     /// (`is_last`), its second update is left out.
     fn smooth(&mut self, is_last: bool) {
-        let (upper, lower) = (
-            self.largest_eigenvalue,
-            SMOOTHED_SHARE * self.largest_eigenvalue,
-        );
+        let (upper, lower) = (self.largest_eigenvalue, SMOOTHED_SHARE * self.largest_eigenvalue);
         let (centre, half_width) = (0.5 * (upper + lower), 0.5 * (upper - lower));
         let sigma = centre / half_width;
         let rho = 1.0 / (2.0 * sigma - 1.0 / sigma);
-        let Self {
-            operator,
-            reciprocal_diagonal,
-            residual,
-            correction,
-            step,
-            ..
-        } = self;
+        let Self { operator, reciprocal_diagonal, residual, correction, step, .. } = self;
         let first = centre.recip();
-        for (((step, correction), residual), reciprocal) in step
-            .iter_mut()
-            .zip(&mut *correction)
-            .zip(&*residual)
-            .zip(&*reciprocal_diagonal)
+        for (((step, correction), residual), reciprocal) in
+            step.iter_mut().zip(&mut *correction).zip(&*residual).zip(&*reciprocal_diagonal)
         {
             *step = *residual * (reciprocal * first);
             *correction += *step;
         }
         operator.subtract_product(step, residual);
         let (kept, second) = (rho / sigma, 2.0 * rho / half_width);
-        for (((step, correction), residual), reciprocal) in step
-            .iter_mut()
-            .zip(&mut *correction)
-            .zip(&*residual)
-            .zip(&*reciprocal_diagonal)
+        for (((step, correction), residual), reciprocal) in
+            step.iter_mut().zip(&mut *correction).zip(&*residual).zip(&*reciprocal_diagonal)
         {
             *step = *step * kept + *residual * (reciprocal * second);
             *correction += *step;
         }
         if !is_last {
-            self.operator
-                .subtract_product(&self.step, &mut self.residual);
+            self.operator.subtract_product(&self.step, &mut self.residual);
         }
     }
 }
@@ -143,12 +121,7 @@ pub(super) struct Multigrid {
 impl Multigrid {
     pub fn new(levels: Vec<Level>, coarsest: DirectSolver, coarsest_count: usize) -> Self {
         let zeros = vec![Vec3A::ZERO; coarsest_count];
-        Self {
-            levels,
-            coarsest,
-            coarsest_side: zeros.clone(),
-            coarsest_solution: zeros,
-        }
+        Self { levels, coarsest, coarsest_side: zeros.clone(), coarsest_solution: zeros }
     }
 
     /// z = M⁻¹ r, M symmetric and positive definite.
@@ -162,9 +135,7 @@ impl Multigrid {
     }
 
     fn descend(&mut self, index: usize) {
-        let (level, coarser) = self.levels[index..]
-            .split_first_mut()
-            .expect("index of a level");
+        let (level, coarser) = self.levels[index..].split_first_mut().expect("index of a level");
         level.correction.fill(Vec3A::ZERO);
         level.smooth(false);
         match coarser.first_mut() {
@@ -173,26 +144,17 @@ impl Multigrid {
                 self.descend(index + 1);
             }
             None => {
-                level
-                    .restriction
-                    .apply(&level.residual, &mut self.coarsest_side);
-                self.coarsest
-                    .solve(&self.coarsest_side, &mut self.coarsest_solution);
+                level.restriction.apply(&level.residual, &mut self.coarsest_side);
+                self.coarsest.solve(&self.coarsest_side, &mut self.coarsest_solution);
             }
         }
-        let (level, coarser) = self.levels[index..]
-            .split_first_mut()
-            .expect("index of a level");
-        let coarse = coarser
-            .first()
-            .map_or(&self.coarsest_solution, |next| &next.correction);
+        let (level, coarser) = self.levels[index..].split_first_mut().expect("index of a level");
+        let coarse = coarser.first().map_or(&self.coarsest_solution, |next| &next.correction);
         level.prolongation.apply(coarse, &mut level.step);
         for (correction, step) in level.correction.iter_mut().zip(&level.step) {
             *correction += *step;
         }
-        level
-            .operator
-            .subtract_product(&level.step, &mut level.residual);
+        level.operator.subtract_product(&level.step, &mut level.residual);
         level.smooth(true);
     }
 }
@@ -202,9 +164,8 @@ fn largest_eigenvalue(operator: &mut Operator, reciprocal_diagonal: &[f32]) -> f
     const STEPS: usize = 12;
     const MARGIN: f32 = 1.1;
     let count = reciprocal_diagonal.len();
-    let mut x: Vec<Vec3A> = (0..count as u32)
-        .map(|k| Vec3A::from_array([1, 2, 3].map(|c| fixed_sign(3 * k + c))))
-        .collect();
+    let mut x: Vec<Vec3A> =
+        (0..count as u32).map(|k| Vec3A::from_array([1, 2, 3].map(|c| fixed_sign(3 * k + c)))).collect();
     let mut estimate = Vec3A::ONE;
     for _ in 0..STEPS {
         let mut y = vec![Vec3A::ZERO; count];
@@ -223,9 +184,5 @@ fn largest_eigenvalue(operator: &mut Operator, reciprocal_diagonal: &[f32]) -> f
 /// +1 or −1 by a hash of the counter.
 fn fixed_sign(counter: u32) -> f32 {
     let mixed = (counter ^ counter >> 15).wrapping_mul(0x2C1B_3C6D);
-    if (mixed ^ mixed >> 12).wrapping_mul(0x297A_2D39) >> 31 == 0 {
-        1.0
-    } else {
-        -1.0
-    }
+    if (mixed ^ mixed >> 12).wrapping_mul(0x297A_2D39) >> 31 == 0 { 1.0 } else { -1.0 }
 }

@@ -30,37 +30,22 @@ impl NormalOperator {
         let (mut rings, mut surplus) = (Vec::with_capacity(vertex_count), Vec::new());
         for k in 0..vertex_count {
             let (first, rest) = adjacency.of(k).split_at(adjacency.valence(k).min(WIDTH));
-            rings.push(std::array::from_fn(|at| {
-                first.get(at).copied().unwrap_or(k as u32)
-            }));
+            rings.push(std::array::from_fn(|at| first.get(at).copied().unwrap_or(k as u32)));
             surplus.extend(rest.iter().map(|&neighbour| [k as u32, neighbour]));
         }
         Self {
             rings,
             surplus,
             reciprocal_valences: crate::laplacian::reciprocal_valences(adjacency),
-            anchors: anchors
-                .iter()
-                .map(|&anchor| (anchor, anchor_weight))
-                .collect(),
+            anchors: anchors.iter().map(|&anchor| (anchor, anchor_weight)).collect(),
             middle: vec![Vec3A::ZERO; vertex_count],
         }
     }
 
     /// out −= A x.
     pub fn subtract_product(&mut self, x: &[Vec3A], out: &mut [Vec3A]) {
-        let Self {
-            rings,
-            surplus,
-            reciprocal_valences,
-            anchors,
-            middle,
-        } = self;
-        let rows = middle
-            .iter_mut()
-            .zip(&*rings)
-            .zip(x)
-            .zip(&*reciprocal_valences);
+        let Self { rings, surplus, reciprocal_valences, anchors, middle } = self;
+        let rows = middle.iter_mut().zip(&*rings).zip(x).zip(&*reciprocal_valences);
         for (((middle, ring), &own), reciprocal) in rows {
             *middle = ring_sum(ring, own, x) * (reciprocal * reciprocal);
         }
@@ -81,13 +66,7 @@ impl NormalOperator {
 
     /// out = Lᵀ r.
     pub fn right_side(&mut self, r: &[Vec3A], out: &mut [Vec3A]) {
-        let Self {
-            rings,
-            surplus,
-            reciprocal_valences,
-            middle,
-            ..
-        } = self;
+        let Self { rings, surplus, reciprocal_valences, middle, .. } = self;
         for ((middle, &r), reciprocal) in middle.iter_mut().zip(r).zip(&*reciprocal_valences) {
             *middle = r * *reciprocal;
         }
@@ -104,13 +83,7 @@ impl NormalOperator {
         let square = |j: u32| self.reciprocal_valences[j as usize].powi(2);
         let mut diagonal: Vec<f32> = (0..)
             .zip(&self.rings)
-            .map(|(k, ring)| {
-                1.0 + ring
-                    .iter()
-                    .filter(|&&j| j != k)
-                    .map(|&j| square(j))
-                    .sum::<f32>()
-            })
+            .map(|(k, ring)| 1.0 + ring.iter().filter(|&&j| j != k).map(|&j| square(j)).sum::<f32>())
             .collect();
         for &[k, j] in &self.surplus {
             diagonal[k as usize] += square(j);

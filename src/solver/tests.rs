@@ -34,24 +34,13 @@ impl Problem {
         let triangles = subdivision.triangles(level_count);
         let mut normals = positions.clone();
         vertex_normals(&positions, triangles, &mut normals);
-        let wrinkle =
-            |(p, n): (&Vec3A, &Vec3A)| *n * 0.005 * (TAU / 0.06 * (p.y + 0.4 * p.x)).sin();
+        let wrinkle = |(p, n): (&Vec3A, &Vec3A)| *n * 0.005 * (TAU / 0.06 * (p.y + 0.4 * p.x)).sin();
         let wrinkles: Vec<Vec3A> = positions.iter().zip(&normals).map(wrinkle).collect();
         let mut r = wrinkles.clone();
-        apply_topological(
-            &Adjacency::new(positions.len(), triangles),
-            &wrinkles,
-            &mut r,
-        );
+        apply_topological(&Adjacency::new(positions.len(), triangles), &wrinkles, &mut r);
         let anchors = sample_elimination(&positions, 1.0, anchor_count);
         let exact = direct_solution(positions.len(), triangles, &anchors, anchor_weight, &r);
-        Self {
-            subdivision,
-            anchors,
-            anchor_weight,
-            r,
-            exact,
-        }
+        Self { subdivision, anchors, anchor_weight, r, exact }
     }
 
     fn factor(&self) -> CoarseFactor {
@@ -70,10 +59,7 @@ impl Problem {
     }
 
     fn error(&self, d: &[Vec3A]) -> f32 {
-        d.iter()
-            .zip(&self.exact)
-            .map(|(a, b)| a.distance(*b))
-            .fold(0.0, f32::max)
+        d.iter().zip(&self.exact).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
     }
 }
 
@@ -96,28 +82,17 @@ fn direct_solution(
     let mut entries = Vec::new();
     let mut right = faer::Mat::<f64>::zeros(vertex_count, 3);
     for (k, neighbours) in neighbours.iter().enumerate() {
-        let others = neighbours
-            .iter()
-            .map(|&j| (j, -1.0 / neighbours.len() as f64));
+        let others = neighbours.iter().map(|&j| (j, -1.0 / neighbours.len() as f64));
         let row: Vec<(usize, f64)> = others.chain([(k, 1.0)]).collect();
         for &(i, left) in &row {
-            entries.extend(
-                row.iter()
-                    .map(|&(j, value)| Triplet::new(i, j, left * value)),
-            );
+            entries.extend(row.iter().map(|&(j, value)| Triplet::new(i, j, left * value)));
             for axis in 0..3 {
                 right[(i, axis)] += left * f64::from(r[k][axis]);
             }
         }
     }
-    entries.extend(
-        anchors
-            .iter()
-            .map(|&a| Triplet::new(a as usize, a as usize, f64::from(anchor_weight))),
-    );
-    let matrix =
-        SparseColMat::<usize, f64>::try_new_from_triplets(vertex_count, vertex_count, &entries)
-            .unwrap();
+    entries.extend(anchors.iter().map(|&a| Triplet::new(a as usize, a as usize, f64::from(anchor_weight))));
+    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(vertex_count, vertex_count, &entries).unwrap();
     let solution = matrix.sp_cholesky(faer::Side::Lower).unwrap().solve(&right);
     let vertex = |k| Vec3A::from_array([0, 1, 2].map(|axis| solution[(k, axis)] as f32));
     (0..vertex_count).map(vertex).collect()
@@ -154,10 +129,7 @@ fn default_tolerance_keeps_its_promise_at_every_level_count() {
     for (case, problem) in cases.iter().enumerate() {
         let mut solver = problem.solver(problem.factor()).unwrap();
         let (iterations, error) = problem.solve(&mut solver, DEFAULT_TOLERANCE);
-        assert!(
-            error <= PROMISED && iterations <= 10,
-            "case {case}: {iterations} iterations, {error} m"
-        );
+        assert!(error <= PROMISED && iterations <= 10, "case {case}: {iterations} iterations, {error} m");
     }
 }
 
@@ -168,10 +140,7 @@ fn open_meshes_are_solved_too() {
     let problem = Problem::new(&sheet, 2, 60, 1.0);
     let mut solver = problem.solver(problem.factor()).unwrap();
     let (iterations, error) = problem.solve(&mut solver, DEFAULT_TOLERANCE);
-    assert!(
-        error <= PROMISED && iterations <= 15,
-        "{iterations} iterations, {error} m"
-    );
+    assert!(error <= PROMISED && iterations <= 15, "{iterations} iterations, {error} m");
 }
 
 #[test]
@@ -183,10 +152,7 @@ fn each_iteration_divides_the_error() {
     for count in 1..=4 {
         let (iterations, error) = problem.solve(&mut solver, Stop::Iterations(count));
         assert_eq!(iterations, count);
-        assert!(
-            error < 0.4 * last,
-            "iteration {count}: {error} m after {last} m"
-        );
+        assert!(error < 0.4 * last, "iteration {count}: {error} m after {last} m");
         last = error;
     }
     // Too few iterations do not pass for enough.
@@ -197,19 +163,13 @@ fn each_iteration_divides_the_error() {
 fn a_wrong_factor_is_seen() {
     let problem = Problem::new(&bumpy_torus(36), 2, 80, 1.0);
     let right = problem.factor();
-    let (needed, _) = problem.solve(
-        &mut problem.solver(right.clone()).unwrap(),
-        DEFAULT_TOLERANCE,
-    );
+    let (needed, _) = problem.solve(&mut problem.solver(right.clone()).unwrap(), DEFAULT_TOLERANCE);
     let mut wrong = right.clone();
     wrong.values.iter_mut().for_each(|value| *value = -*value);
     let mut weak = right;
     weak.diagonal.iter_mut().for_each(|d| *d *= 30.0);
     for factor in [wrong, weak] {
-        let (_, error) = problem.solve(
-            &mut problem.solver(factor).unwrap(),
-            Stop::Iterations(needed),
-        );
+        let (_, error) = problem.solve(&mut problem.solver(factor).unwrap(), Stop::Iterations(needed));
         assert!(error > 2.0 * PROMISED, "{error} m");
     }
 }
@@ -221,10 +181,7 @@ fn a_near_first_guess_takes_fewer_iterations_and_the_solution_none_more() {
     let (cold, _) = problem.solve(&mut solver, DEFAULT_TOLERANCE);
     let mut d: Vec<Vec3A> = problem.exact.iter().map(|&exact| 0.97 * exact).collect();
     let warm = solver.solve(&problem.r, &mut d, DEFAULT_TOLERANCE);
-    assert!(
-        warm < cold && problem.error(&d) <= PROMISED,
-        "{warm} after {cold} iterations"
-    );
+    assert!(warm < cold && problem.error(&d) <= PROMISED, "{warm} after {cold} iterations");
 
     let mut d = problem.exact.clone();
     assert_eq!(solver.solve(&problem.r, &mut d, DEFAULT_TOLERANCE), 1);
@@ -244,18 +201,11 @@ fn no_detail_is_no_displacement() {
 fn the_solution_is_linear_in_its_right_side() {
     let problem = Problem::new(&small_sphere(2), 1, 40, 1.0);
     let mut solver = problem.solver(problem.factor()).unwrap();
-    let (mut once, mut twice) = (
-        vec![Vec3A::ZERO; problem.r.len()],
-        vec![Vec3A::ZERO; problem.r.len()],
-    );
+    let (mut once, mut twice) = (vec![Vec3A::ZERO; problem.r.len()], vec![Vec3A::ZERO; problem.r.len()]);
     let doubled: Vec<Vec3A> = problem.r.iter().map(|&r| 2.0 * r).collect();
     solver.solve(&problem.r, &mut once, Stop::Iterations(8));
     solver.solve(&doubled, &mut twice, Stop::Iterations(8));
-    assert!(
-        once.iter()
-            .zip(&twice)
-            .all(|(a, b)| (2.0 * *a - *b).length() < 1e-6)
-    );
+    assert!(once.iter().zip(&twice).all(|(a, b)| (2.0 * *a - *b).length() < 1e-6));
 }
 
 #[test]

@@ -90,14 +90,12 @@ impl DirectSolver {
         let count = matrix.row_count();
         check_length("permutation", count, factor.permutation.len())?;
         check_length("diagonal", count, factor.diagonal.len())?;
-        let step_of = inverse_permutation(&factor.permutation)
-            .ok_or(FactorError::NotAPermutation { expected: count })?;
+        let step_of =
+            inverse_permutation(&factor.permutation).ok_or(FactorError::NotAPermutation { expected: count })?;
         let pattern = FactorPattern::new(matrix, &factor.permutation, &step_of);
         check_length("values", pattern.rows.len(), factor.values.len())?;
         let values: Vec<f32> = factor.values.iter().map(|value| value.to_f32()).collect();
-        check_each("diagonal", "positive and finite", &factor.diagonal, |d| {
-            d > 0.0 && d.is_finite()
-        })?;
+        check_each("diagonal", "positive and finite", &factor.diagonal, |d| d > 0.0 && d.is_finite())?;
         check_each("values", "finite", &values, f32::is_finite)?;
         Ok(Self {
             permutation: factor.permutation.clone(),
@@ -110,31 +108,19 @@ impl DirectSolver {
 
     /// x = Pᵀ L⁻ᵀ D⁻¹ L⁻¹ P b.
     pub fn solve(&mut self, b: &[Vec3A], x: &mut [Vec3A]) {
-        let Self {
-            permutation,
-            pattern,
-            values,
-            reciprocal_diagonal,
-            permuted,
-        } = self;
+        let Self { permutation, pattern, values, reciprocal_diagonal, permuted } = self;
         for (y, &vertex) in permuted.iter_mut().zip(&*permutation) {
             *y = b[vertex as usize];
         }
         for j in 0..permuted.len() {
             let own = permuted[j];
-            for (&row, &value) in pattern.rows[pattern.column(j)]
-                .iter()
-                .zip(&values[pattern.column(j)])
-            {
+            for (&row, &value) in pattern.rows[pattern.column(j)].iter().zip(&values[pattern.column(j)]) {
                 permuted[row as usize] -= own * value;
             }
         }
         for j in (0..permuted.len()).rev() {
             let mut sum = permuted[j] * reciprocal_diagonal[j];
-            for (&row, &value) in pattern.rows[pattern.column(j)]
-                .iter()
-                .zip(&values[pattern.column(j)])
-            {
+            for (&row, &value) in pattern.rows[pattern.column(j)].iter().zip(&values[pattern.column(j)]) {
                 sum -= permuted[row as usize] * value;
             }
             permuted[j] = sum;
@@ -146,15 +132,7 @@ impl DirectSolver {
 }
 
 fn check_length(field: &'static str, expected: usize, found: usize) -> Result<(), FactorError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(FactorError::Length {
-            field,
-            expected,
-            found,
-        })
-    }
+    if expected == found { Ok(()) } else { Err(FactorError::Length { field, expected, found }) }
 }
 
 fn check_each(
@@ -164,12 +142,7 @@ fn check_each(
     is_fine: impl Fn(f32) -> bool,
 ) -> Result<(), FactorError> {
     match values.iter().position(|&value| !is_fine(value)) {
-        Some(index) => Err(FactorError::Value {
-            field,
-            index,
-            expected,
-            found: values[index],
-        }),
+        Some(index) => Err(FactorError::Value { field, index, expected, found: values[index] }),
         None => Ok(()),
     }
 }

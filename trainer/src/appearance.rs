@@ -1,7 +1,7 @@
 //! What is drawn on an avatar: a texture baked from the scans' colours, or colours of vertices.
 
 use crate::closest::ClosestPoint;
-use crate::context::TrainContext;
+use crate::context::{Sample, TrainContext};
 use crate::targets::base_surface;
 use crate::texture::{ColouredPoint, TextureAccumulator};
 use anyhow::Context;
@@ -12,23 +12,26 @@ use crease::network::SurfaceFunction;
 use image::codecs::jpeg::JpegEncoder;
 use std::collections::HashMap;
 
-/// Frames whose colours are used; more add little.
-const FRAME_LIMIT: usize = 24;
+/// Frames beyond the reference's neighbours, spread over all: they colour what those do not see.
+const SPREAD_FRAME_COUNT: usize = 16;
+/// Cloth slides over the body, so frames far apart in time blur each other's pattern: weights fall off over so many frames …
+const REFERENCE_WIDTH: f32 = 1.2;
+/// … down to this, which counts only where nothing better is.
+const LEAST_WEIGHT: f32 = 1e-3;
 const JPEG_QUALITY: u8 = 88;
 /// sRGB of a surface that no colour was seen of.
 const UNSEEN: [u8; 3] = [160; 3];
 
 /// Carries the colours of the training scans to the surface of the base mesh.
 pub fn bake(context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<Appearance> {
-    let step = context.samples.len().div_ceil(FRAME_LIMIT).max(1);
-    let samples: Vec<_> = context.samples.iter().copied().step_by(step).collect();
+    let samples = weighted_samples(context);
     let coordinates = context.body.texture_coordinates.as_ref();
     let mut texture = coordinates.map(|_| TextureAccumulator::new(context.options.texture_size));
     let mut sums = vec![[0.0; 4]; context.body.template.len()];
     let mut seen = false;
     let bar = context.progress.bar("baking the texture", samples.len());
-    for sample in samples {
-        let points = coloured_points(context, deformation, sample)?;
+    for (sample, weight) in samples {
+        let points = coloured_points(context, deformation, sample, weight)?;
         seen |= !points.is_empty();
         match (&mut texture, coordinates) {
             (Some(texture), Some(coordinates)) => texture.splat(coordinates, &points),
@@ -51,11 +54,40 @@ pub fn bake(context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Re
     })
 }
 
+/// The frames whose colours are used, with their weights: those around the calmest moment, and a spread of all.
+fn weighted_samples(context: &TrainContext) -> Vec<(Sample, f32)> {
+    let samples = &context.samples;
+    let reference = calmest(context);
+    let step = samples.len().div_ceil(SPREAD_FRAME_COUNT).max(1);
+    let weighted = samples.iter().enumerate().filter_map(|(i, &sample)| {
+        let steps = i.abs_diff(reference) as f32 / REFERENCE_WIDTH;
+        let same_sequence = sample.sequence == samples[reference].sequence;
+        let weight = if same_sequence { (-steps * steps).exp() } else { 0.0 };
+        (weight > LEAST_WEIGHT || i % step == 0).then_some((sample, weight.max(LEAST_WEIGHT)))
+    });
+    weighted.collect()
+}
+
+/// The training frame whose pose differs least from the frames before and after it.
+fn calmest(context: &TrainContext) -> usize {
+    let samples = &context.samples;
+    let change = |a: Sample, b: Sample| -> f32 {
+        if a.sequence != b.sequence {
+            return f32::INFINITY;
+        }
+        let (a, b) = (context.pose(a), context.pose(b));
+        a.rotations.iter().zip(&b.rotations).map(|(a, b)| a.angle_between(*b)).sum()
+    };
+    let restlessness = |i: usize| change(samples[i - 1], samples[i]) + change(samples[i], samples[i + 1]);
+    (1..samples.len().saturating_sub(1)).min_by(|&a, &b| restlessness(a).total_cmp(&restlessness(b))).unwrap_or(0)
+}
+
 /// The scan's coloured points on the base mesh's surface, without those that are too far from it.
 fn coloured_points(
     context: &TrainContext,
     deformation: &SurfaceFunction,
-    sample: crate::context::Sample,
+    sample: Sample,
+    weight: f32,
 ) -> anyhow::Result<Vec<ColouredPoint>> {
     let scan = context.scan(sample)?;
     let Some(colours) = scan.colours else { return Ok(Vec::new()) };
@@ -69,7 +101,7 @@ fn coloured_points(
             triangle: hit.triangle,
             barycentrics: hit.barycentric,
             colour,
-            weight: 1.0,
+            weight,
         })
     });
     Ok(points.collect())

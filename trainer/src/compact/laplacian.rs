@@ -36,8 +36,7 @@ impl LaplacianTrainer for CompactLaplacian {
             })
             .collect::<anyhow::Result<_>>()?;
         let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
-        let adjacency =
-            Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
+        let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
         // A region's border is as wide in metres on any level.
         let blend_steps = options.laplacian.blend_steps << (2 * level);
         let regions = weighted_regions(&context.domains[level].masks, &adjacency, blend_steps);

@@ -16,9 +16,8 @@ pub fn conjugate_gradients(
     let mut applied = vec![Vec3A::ZERO; n];
     apply(x, &mut applied);
     let mut residual: Vec<Vec3A> = b.iter().zip(&applied).map(|(&b, &a)| b - a).collect();
-    let precondition = |residual: &[Vec3A]| -> Vec<Vec3A> {
-        residual.iter().zip(inverse_diagonal).map(|(&r, &m)| r * m).collect()
-    };
+    let precondition =
+        |residual: &[Vec3A]| -> Vec<Vec3A> { residual.iter().zip(inverse_diagonal).map(|(&r, &m)| r * m).collect() };
     let mut preconditioned = precondition(&residual);
     let mut direction = preconditioned.clone();
     let mut rho = dot(&residual, &preconditioned);

@@ -57,11 +57,7 @@ impl Default for CompactOptions {
                 reject_distance: vec![0.08, 0.05],
                 ..common.clone()
             },
-            detail_fit: FitOptions {
-                smoothness: vec![5.0, 1.5, 0.5],
-                reject_distance: vec![0.05],
-                ..common
-            },
+            detail_fit: FitOptions { smoothness: vec![5.0, 1.5, 0.5], reject_distance: vec![0.05], ..common },
             deformation: regression,
             laplacian: regression,
             laplacian_level: 1,

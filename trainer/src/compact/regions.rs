@@ -76,8 +76,7 @@ mod tests {
             triangles.push([a, c, b]);
             triangles.push([b, c, d]);
         }
-        let masks: Vec<PoseMask> =
-            (0..2 * columns).map(|k| PoseMask(if k < columns { 2 } else { 4 })).collect();
+        let masks: Vec<PoseMask> = (0..2 * columns).map(|k| PoseMask(if k < columns { 2 } else { 4 })).collect();
         let adjacency = Adjacency::new(masks.len(), &triangles);
         let regions = weighted_regions(&masks, &adjacency, 4);
         assert_eq!(regions.len(), 2);

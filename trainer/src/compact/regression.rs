@@ -139,9 +139,8 @@ fn train_region(
     let eigen = fitted_gram.self_adjoint_eigen(Side::Lower).expect("a finite symmetric matrix has eigenvectors");
     // Ascending eigenvalues: the strongest components are last.
     let component = |k: usize| frame_count - 1 - k;
-    let scale: Vec<f64> = (0..basis_count)
-        .map(|k| eigen.S()[component(k)].max(0.0).sqrt() / (frame_count as f64).sqrt())
-        .collect();
+    let scale: Vec<f64> =
+        (0..basis_count).map(|k| eigen.S()[component(k)].max(0.0).sqrt() / (frame_count as f64).sqrt()).collect();
     let leading = Mat::<f64>::from_fn(frame_count, basis_count, |t, k| eigen.U()[(t, component(k))]);
     let frame_from_component = hat.transpose() * &leading;
     // Unit-norm basis columns are residualᵀ · frame_from_component / σ; the stored basis is times σ/√frames, so that c is about 1.
@@ -190,9 +189,8 @@ fn quantisation_step(values: impl Iterator<Item = f64> + Clone) -> f32 {
     if largest == 0.0 {
         return 1.0;
     }
-    let error = |step: f64| -> f64 {
-        values.clone().map(|v| (v - f64::from(quantise(v, step as f32)) * step).powi(2)).sum()
-    };
+    let error =
+        |step: f64| -> f64 { values.clone().map(|v| (v - f64::from(quantise(v, step as f32)) * step).powi(2)).sum() };
     (0..8)
         .map(|i| largest / 127.0 * 0.8f64.powi(i))
         .min_by(|a, b| error(*a).total_cmp(&error(*b)))

@@ -225,9 +225,7 @@ mod tests {
             options,
         )
         .unwrap();
-        (refine_to_finest(&subdivision, Scheme::Loop, 0, &x), move |p: Vec3A| {
-            p.length() - RADIUS - bump(p.normalize())
-        })
+        (refine_to_finest(&subdivision, Scheme::Loop, 0, &x), move |p: Vec3A| p.length() - RADIUS - bump(p.normalize()))
     }
 
     fn largest_gap(options: &FitOptions, is_seen: impl Fn(Vec3A) -> bool + Copy) -> f32 {

@@ -73,7 +73,8 @@ mod tests {
     use glam::{Quat, Vec3A};
 
     fn import(mlp: &Mlp, device: &Device) -> Network {
-        let tensor = |values: &[f32], shape: [usize; 2]| Tensor::<2>::from_data(TensorData::new(values.to_vec(), shape), device);
+        let tensor =
+            |values: &[f32], shape: [usize; 2]| Tensor::<2>::from_data(TensorData::new(values.to_vec(), shape), device);
         let layers = mlp.layers.iter().map(|layer| Linear {
             weight: Param::from_tensor(tensor(&layer.weight, [layer.output_count(), layer.input_count()]).transpose()),
             bias: Some(Param::from_data(TensorData::new(layer.bias.clone(), [layer.bias.len()]), device)),
@@ -106,7 +107,10 @@ mod tests {
             let scale = out.iter().map(|value| value.length()).fold(0.0, f32::max);
             assert!(scale > 0.0, "{name} says something");
             for (value, expected) in out.iter().zip(expected.chunks_exact(3)) {
-                assert!(value.distance(Vec3A::from_slice(expected)) < 1e-4 * scale, "{name}: {value} against {expected:?}");
+                assert!(
+                    value.distance(Vec3A::from_slice(expected)) < 1e-4 * scale,
+                    "{name}: {value} against {expected:?}"
+                );
             }
         }
     }

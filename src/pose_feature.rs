@@ -35,34 +35,6 @@ impl PoseMask {
     }
 }
 
-/// SMPL's joint names, in its order.
-pub const JOINT_NAMES: [&str; 24] = [
-    "pelvis",
-    "left_hip",
-    "right_hip",
-    "spine1",
-    "left_knee",
-    "right_knee",
-    "spine2",
-    "left_ankle",
-    "right_ankle",
-    "spine3",
-    "left_foot",
-    "right_foot",
-    "neck",
-    "left_collar",
-    "right_collar",
-    "head",
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_wrist",
-    "right_wrist",
-    "left_hand",
-    "right_hand",
-];
-
 /// A skinning weight below this does not count as influence: it is zero in the avatar file, which has 16-bit weights.
 pub const SMALLEST_WEIGHT: f32 = 0.5 / 65535.0;
 
@@ -105,9 +77,10 @@ pub fn vertex_masks(skin: &Skin) -> Vec<PoseMask> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::SMPL_JOINT_NAMES;
 
     fn joint(name: &str) -> usize {
-        JOINT_NAMES.iter().position(|&n| n == name).unwrap()
+        SMPL_JOINT_NAMES.iter().position(|&n| n == name).unwrap()
     }
 
     #[test]
@@ -124,7 +97,7 @@ mod tests {
 
     #[test]
     fn association_is_symmetric_left_to_right() {
-        let mirrored = |i: usize| match JOINT_NAMES[i].split_once('_') {
+        let mirrored = |i: usize| match SMPL_JOINT_NAMES[i].split_once('_') {
             Some(("left", rest)) => joint(&format!("right_{rest}")),
             Some(("right", rest)) => joint(&format!("left_{rest}")),
             _ => i,
@@ -132,7 +105,7 @@ mod tests {
         let association = association();
         for i in 0..24 {
             let expected = association[i].joints().fold(0, |mask, j| mask | 1 << mirrored(j));
-            assert_eq!(association[mirrored(i)], PoseMask(expected), "{}", JOINT_NAMES[i]);
+            assert_eq!(association[mirrored(i)], PoseMask(expected), "{}", SMPL_JOINT_NAMES[i]);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Names of the joints of SMPL, SMPL-H and SMPL-X.
 
-const SHARED: [&str; 22] = [
+/// SMPL's joint names, in its order.
+pub const SMPL_JOINT_NAMES: [&str; 24] = [
     "pelvis",
     "left_hip",
     "right_hip",
@@ -23,19 +24,23 @@ const SHARED: [&str; 22] = [
     "right_elbow",
     "left_wrist",
     "right_wrist",
+    "left_hand",
+    "right_hand",
 ];
+/// So many of them SMPL-H and SMPL-X share.
+const SHARED_COUNT: usize = 22;
 const FINGERS: [&str; 5] = ["index", "middle", "pinky", "ring", "thumb"];
 
 /// Names for a skeleton of `count` joints: SMPL's (24), SMPL-H's (52), SMPL-X's (55); beyond those, numbers.
 pub(super) fn joint_names(count: usize) -> Vec<String> {
-    let mut names: Vec<String> = SHARED.iter().map(ToString::to_string).collect();
+    let mut names: Vec<String> = SMPL_JOINT_NAMES[..SHARED_COUNT].iter().map(ToString::to_string).collect();
     match count {
         52 => names.extend(fingers()),
         55 => {
             names.extend(["jaw", "left_eye", "right_eye"].map(ToOwned::to_owned));
             names.extend(fingers());
         }
-        _ => names.extend(["left_hand", "right_hand"].map(ToOwned::to_owned)),
+        _ => names.extend(SMPL_JOINT_NAMES[SHARED_COUNT..].iter().map(ToString::to_string)),
     }
     names.truncate(count);
     for joint in names.len()..count {

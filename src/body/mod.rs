@@ -4,6 +4,7 @@ mod joint_names;
 mod read;
 mod rig;
 
+pub use joint_names::SMPL_JOINT_NAMES;
 pub use rig::{Pose, Rig, Skin, posed_from_rest};
 
 use crate::mesh::Triangle;

@@ -1,5 +1,6 @@
 //! Sparse matrices in compressed rows.
 
+use glam::Vec3A;
 use std::ops::{Add, Mul};
 
 /// A sparse matrix; columns ascend within a row. Every row of a matrix that is applied has an entry.
@@ -56,6 +57,14 @@ impl SparseMatrix {
                 sum = sum + x[column as usize] * value;
             }
             *out = sum;
+        }
+    }
+
+    /// out += M x.
+    pub fn add_product(&self, x: &[Vec3A], out: &mut [Vec3A]) {
+        assert_eq!((x.len(), out.len()), (self.column_count, self.row_count()));
+        for (i, out) in out.iter_mut().enumerate() {
+            *out += self.row(i).map(|(column, value)| x[column as usize] * value).sum::<Vec3A>();
         }
     }
 

@@ -117,6 +117,11 @@ impl Subdivision {
     pub(crate) fn loop_stencils(&self, level: usize) -> &SparseMatrix {
         &self.refinements[level].stencils
     }
+
+    /// Their transpose.
+    pub(crate) fn loop_stencils_transposed(&self, level: usize) -> &SparseMatrix {
+        &self.refinements[level].stencils_transposed
+    }
 }
 
 impl Refinement {

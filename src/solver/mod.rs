@@ -11,9 +11,10 @@ mod triangular;
 
 pub use factor::{CoarseFactor, FactorError};
 
+use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
 use glam::Vec3A;
-use multigrid::{Level, Multigrid, Operator};
+use multigrid::{Level, Multigrid};
 use normal_operator::NormalOperator;
 use triangular::DirectSolver;
 
@@ -32,10 +33,13 @@ pub struct Solver {
     operator: NormalOperator,
     preconditioner: Multigrid,
     residual: Vec<Vec3A>,
-    preconditioned: Vec<Vec3A>,
     direction: Vec<Vec3A>,
     product: Vec<Vec3A>,
 }
+
+/// c of c LᵀL on a level, as a share of the next finer level's: PᵀLᵀLP of a smooth field, whose L is a quarter on the finer level
+/// while the vertices are four times as many.
+const COARSENING: f32 = 0.25;
 
 /// How much of the error one iteration is trusted to leave at best.
 const BEST_CONTRACTION: f32 = 0.25;
@@ -56,24 +60,32 @@ impl Solver {
     ) -> Result<Self, FactorError> {
         let finest = subdivision.level_count();
         let vertex_count = subdivision.vertex_count(finest);
-        let mut matrices = galerkin::operators(subdivision, anchors, anchor_weight);
+        let matrices = galerkin::operators(subdivision, anchors, anchor_weight);
         let coarsest = DirectSolver::new(&matrices[0], &factor)?;
-        let adjacency = Adjacency::new(vertex_count, subdivision.triangles(finest));
-        let operator = NormalOperator::new(&adjacency, anchors, anchor_weight);
-        let mut level = |level: usize| {
-            let operator = match matrices.get_mut(level) {
-                Some(matrix) => Operator::Assembled(std::mem::take(matrix)),
-                None => Operator::Normal(operator.clone()),
-            };
-            Level::new(operator, subdivision.loop_stencils(level - 1).clone())
+        let mut anchor_rows = SparseMatrix::with_capacity(anchors.len(), anchors.len(), vertex_count);
+        for &anchor in anchors {
+            anchor_rows.push_row(&mut [(anchor, anchor_weight.sqrt())]);
+        }
+        let operator_of = |level: usize, scale: f32, anchor_rows: &SparseMatrix| {
+            let adjacency = Adjacency::new(subdivision.vertex_count(level), subdivision.triangles(level));
+            NormalOperator::new(&adjacency, scale, anchor_rows.clone())
         };
-        let levels = (1..=finest).rev().map(&mut level).collect();
+        let operator = operator_of(finest, 1.0, &anchor_rows);
+        let mut levels = Vec::with_capacity(finest);
+        let mut level_operator = operator.clone();
+        for level in (1..=finest).rev() {
+            let (prolongation, restriction) =
+                (subdivision.loop_stencils(level - 1), subdivision.loop_stencils_transposed(level - 1));
+            let coarser_scale = COARSENING * level_operator.scale;
+            levels.push(Level::new(level_operator, level == finest, prolongation.clone(), restriction.clone()));
+            anchor_rows = anchor_rows.times(prolongation);
+            level_operator = operator_of(level - 1, coarser_scale, &anchor_rows);
+        }
         let zeros = vec![Vec3A::ZERO; vertex_count];
         Ok(Self {
             operator,
             preconditioner: Multigrid::new(levels, coarsest, subdivision.vertex_count(0)),
             residual: zeros.clone(),
-            preconditioned: zeros.clone(),
             direction: zeros.clone(),
             product: zeros,
         })
@@ -81,10 +93,11 @@ impl Solver {
 
     /// Solves for `d` (finest level) from the rows' residual `r`; `d` comes in as the first guess. Returns the iterations done.
     pub fn solve(&mut self, r: &[Vec3A], d: &mut [Vec3A], stop: Stop) -> u32 {
-        let Self { operator, preconditioner, residual, preconditioned, direction, product } = self;
+        let Self { operator, preconditioner, residual, direction, product } = self;
         operator.right_side(r, residual);
         if d.iter().any(|d| *d != Vec3A::ZERO) {
-            operator.subtract_product(d, residual);
+            operator.product(d, product);
+            residual.iter_mut().zip(&*product).for_each(|(residual, product)| *residual -= *product);
         }
         let limit = match stop {
             Stop::Iterations(count) => count,
@@ -92,34 +105,45 @@ impl Solver {
         };
         let mut energy = Vec3A::ZERO;
         let mut last_largest = f32::INFINITY;
+        let mut last_length = 1.0f32;
         for iteration in 0..limit {
-            preconditioner.apply(residual, preconditioned);
-            let largest = preconditioned.iter().fold(0.0f32, |largest, z| largest.max(z.length_squared())).sqrt();
+            let preconditioned = preconditioner.apply(residual);
+            let mut next_energy = Vec3A::ZERO;
+            let mut largest = 0.0f32;
+            for (residual, z) in residual.iter().zip(preconditioned) {
+                next_energy += *residual * *z;
+                largest = largest.max(z.length_squared());
+            }
+            let largest = largest.sqrt();
             let is_enough = match stop {
                 Stop::Iterations(_) => iteration + 1 == limit,
-                // The preconditioned residual is nearly the error, and this iteration still lowers it, about as the last one did.
+                // The preconditioned residual times the last step's length is nearly the error, and this iteration still lowers it,
+                // about as the last one did.
                 Stop::Tolerance(tolerance) => {
-                    largest * (largest / last_largest).clamp(BEST_CONTRACTION, 1.0) <= tolerance
+                    last_length * largest * (largest / last_largest).clamp(BEST_CONTRACTION, 1.0) <= tolerance
                 }
             };
             last_largest = largest;
-            let next_energy = dot(residual, preconditioned);
             let ratio = divide(next_energy, energy);
             energy = next_energy;
-            for (direction, z) in direction.iter_mut().zip(&*preconditioned) {
-                *direction = if iteration == 0 { *z } else { *z + *direction * ratio };
+            if iteration == 0 {
+                direction.copy_from_slice(preconditioned);
+            } else {
+                for (direction, z) in direction.iter_mut().zip(preconditioned) {
+                    *direction = *z + *direction * ratio;
+                }
             }
-            product.fill(Vec3A::ZERO);
-            operator.subtract_product(direction, product);
-            let length = divide(energy, -dot(direction, product));
-            for (d, direction) in d.iter_mut().zip(&*direction) {
-                *d += *direction * length;
-            }
+            operator.product(direction, product);
+            let length = divide(energy, dot(direction, product));
+            last_length = length.max_element().max(1.0);
             if is_enough {
+                d.iter_mut().zip(&*direction).for_each(|(d, direction)| *d += *direction * length);
                 return iteration + 1;
             }
-            for (residual, product) in residual.iter_mut().zip(&*product) {
-                *residual += *product * length;
+            let rows = d.iter_mut().zip(&*direction).zip(residual.iter_mut().zip(&*product));
+            for ((d, direction), (residual, product)) in rows {
+                *d += *direction * length;
+                *residual -= *product * length;
             }
         }
         limit

@@ -56,7 +56,7 @@ impl CoarseFactor {
     /// Orders and factors. `anchors` are vertices of the finest level.
     #[cfg(feature = "factor")]
     pub fn new(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> Self {
-        let matrix = &galerkin::operators(subdivision, anchors, anchor_weight)[0];
+        let matrix = &galerkin::coarsest_operator(subdivision, anchors, anchor_weight);
         let (permutation, step_of) = minimum_degree_order(matrix);
         let pattern = triangular::FactorPattern::new(matrix, &permutation, &step_of);
         let (values, diagonal) = numeric_factor(matrix, &permutation, &step_of, &pattern);

@@ -16,7 +16,7 @@ fn example() -> (Subdivision, CoarseFactor) {
 }
 
 fn coarsest_matrix(subdivision: &Subdivision) -> SparseMatrix {
-    galerkin::operators(subdivision, &ANCHORS, 1.0).swap_remove(0)
+    galerkin::coarsest_operator(subdivision, &ANCHORS, 1.0)
 }
 
 /// The Galerkin operator of level 0, dense and in double precision.

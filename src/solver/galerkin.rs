@@ -1,26 +1,23 @@
-//! The Galerkin operators: the reconstruction's matrix carried to the coarser levels.
+//! The Galerkin operator of level 0: the reconstruction's matrix carried down the levels.
 
 use crate::laplacian::reciprocal_valences;
 use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
 
-/// The matrix of each level below the finest, coarsest first, and of the finest where it is the only one.
+/// The matrix of level 0.
 ///
 /// On the finest level A = MᵀM with M the rows of L above √w_a times the rows of the anchors; a coarser level has PᵀAP with P the Loop
 /// stencils. A's own pattern is the two-ring, too large to assemble when MP gives the next matrix at once.
-pub(super) fn operators(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> Vec<SparseMatrix> {
+pub(super) fn coarsest_operator(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> SparseMatrix {
     let rows = finest_rows(subdivision, anchors, anchor_weight);
     let Some(below_finest) = subdivision.level_count().checked_sub(1) else {
-        return vec![gram(&rows)];
+        return gram(&rows);
     };
-    let mut operators = vec![gram(&rows.times(subdivision.loop_stencils(below_finest)))];
-    for level in (0..below_finest).rev() {
+    let below = gram(&rows.times(subdivision.loop_stencils(below_finest)));
+    (0..below_finest).rev().fold(below, |finer, level| {
         let stencils = subdivision.loop_stencils(level);
-        let finer = &operators[operators.len() - 1];
-        operators.push(stencils.transposed().times(&finer.times(stencils)));
-    }
-    operators.reverse();
-    operators
+        subdivision.loop_stencils_transposed(level).times(&finer.times(stencils))
+    })
 }
 
 /// MᵀM.

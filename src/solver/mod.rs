@@ -60,8 +60,7 @@ impl Solver {
     ) -> Result<Self, FactorError> {
         let finest = subdivision.level_count();
         let vertex_count = subdivision.vertex_count(finest);
-        let matrices = galerkin::operators(subdivision, anchors, anchor_weight);
-        let coarsest = DirectSolver::new(&matrices[0], &factor)?;
+        let coarsest = DirectSolver::new(&galerkin::coarsest_operator(subdivision, anchors, anchor_weight), &factor)?;
         let mut anchor_rows = SparseMatrix::with_capacity(anchors.len(), anchors.len(), vertex_count);
         for &anchor in anchors {
             anchor_rows.push_row(&mut [(anchor, anchor_weight.sqrt())]);
@@ -71,15 +70,18 @@ impl Solver {
             NormalOperator::new(&adjacency, scale, anchor_rows.clone())
         };
         let operator = operator_of(finest, 1.0, &anchor_rows);
-        let mut levels = Vec::with_capacity(finest);
-        let mut level_operator = operator.clone();
+        let mut levels: Vec<Level> = Vec::with_capacity(finest);
         for level in (1..=finest).rev() {
+            let level_operator = match levels.last() {
+                None => operator.clone(),
+                Some(finer) => {
+                    anchor_rows = anchor_rows.times(subdivision.loop_stencils(level));
+                    operator_of(level, COARSENING * finer.operator.scale, &anchor_rows)
+                }
+            };
             let (prolongation, restriction) =
                 (subdivision.loop_stencils(level - 1), subdivision.loop_stencils_transposed(level - 1));
-            let coarser_scale = COARSENING * level_operator.scale;
             levels.push(Level::new(level_operator, level == finest, prolongation.clone(), restriction.clone()));
-            anchor_rows = anchor_rows.times(prolongation);
-            level_operator = operator_of(level - 1, coarser_scale, &anchor_rows);
         }
         let zeros = vec![Vec3A::ZERO; vertex_count];
         Ok(Self {

@@ -11,6 +11,9 @@ use crease::network::{Scratch, SurfaceFunction};
 use crease::pose_feature::PoseMask;
 use glam::{Mat3A, Vec3A};
 
+/// Row scales below this belong to degenerate triangles, m².
+const LEAST_SCALE: f32 = 1e-12;
+
 /// One training pair of f_l.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
@@ -44,7 +47,7 @@ pub fn quadratic_targets(
     let base = surface.finest().to_vec();
     let base_laplacian = match options.form {
         Form::Absolute => None,
-        Form::Relative => Some(mesh_laplacian(context, &base)),
+        Form::Relative => Some(operator_laplacian(context, &base, &base)),
     };
     let rotations: &[Mat3A] = surface.rotations(&context.subdivision, level);
     let located = localise(&points, &normals, &base, triangles, &options.localisation)?;
@@ -68,17 +71,17 @@ pub fn base_surface(context: &TrainContext, deformation: &SurfaceFunction, sampl
     surface
 }
 
-/// δ that the reconstruction's operator measures on the finest level: L x / s, 1/m.
-fn mesh_laplacian(context: &TrainContext, positions: &[Vec3A]) -> Vec<Vec3A> {
+/// δ that the reconstruction's operator on `base` measures of a field on the finest level: L x / s, 1/m.
+pub fn operator_laplacian(context: &TrainContext, base: &[Vec3A], field: &[Vec3A]) -> Vec<Vec3A> {
     let adjacency = &context.finest_adjacency;
-    let mut areas = vec![0.0; positions.len()];
-    mixed_voronoi_areas(positions, context.subdivision.triangles(context.level_count()), &mut areas);
-    let mut scales = vec![0.0; positions.len()];
+    let mut areas = vec![0.0; base.len()];
+    mixed_voronoi_areas(base, context.subdivision.triangles(context.level_count()), &mut areas);
+    let mut scales = vec![0.0; base.len()];
     row_scales(adjacency, &areas, &mut scales);
-    let mut laplacian = vec![Vec3A::ZERO; positions.len()];
-    apply_topological(adjacency, positions, &mut laplacian);
+    let mut laplacian = vec![Vec3A::ZERO; base.len()];
+    apply_topological(adjacency, field, &mut laplacian);
     for (value, scale) in laplacian.iter_mut().zip(scales) {
-        *value /= scale.max(f32::MIN_POSITIVE);
+        *value /= scale.max(LEAST_SCALE);
     }
     laplacian
 }

@@ -9,12 +9,11 @@ use super::regions::weighted_regions;
 use super::regression::regress;
 use super::surface_fit::{fit_surface, refine_to_finest, restrict_from_finest};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
-use crease::animate::PosedSurface;
+use crate::targets::{base_surface, operator_laplacian};
 use crease::avatar::Form;
 use crease::body::Pose;
-use crease::laplacian::{apply_topological, row_scales};
-use crease::mesh::{Adjacency, Scheme, mixed_voronoi_areas};
-use crease::network::{Scratch, SurfaceFunction};
+use crease::mesh::{Adjacency, Scheme};
+use crease::network::SurfaceFunction;
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -30,7 +29,7 @@ impl LaplacianTrainer for CompactLaplacian {
             .samples
             .par_iter()
             .map(|&sample| {
-                let target = operator_laplacian(context, deformation, sample, level);
+                let target = fitted_laplacian(context, deformation, sample, level);
                 bar.advance(1);
                 target
             })
@@ -45,7 +44,7 @@ impl LaplacianTrainer for CompactLaplacian {
 }
 
 /// Canonical δ on the vertices of `level` for one training frame.
-fn operator_laplacian(
+fn fitted_laplacian(
     context: &TrainContext,
     deformation: &SurfaceFunction,
     sample: Sample,
@@ -54,12 +53,8 @@ fn operator_laplacian(
     let options = &context.options;
     let subdivision = &context.subdivision;
     let finest = subdivision.level_count();
-    let pose = context.pose(sample);
     let scan = PreparedScan::new(context, sample)?;
-    let mut offsets = vec![Vec3A::ZERO; context.rig.rest.len()];
-    deformation.evaluate(&context.domains[0], pose, &mut Scratch::default(), &mut offsets);
-    let mut surface = PosedSurface::new(subdivision);
-    surface.pose(&context.rig, &offsets, pose, subdivision, options.scheme);
+    let mut surface = base_surface(context, deformation, sample);
     let base = surface.finest().to_vec();
     let fitted = fit_surface(
         subdivision,
@@ -72,18 +67,13 @@ fn operator_laplacian(
         &options.compact.detail_fit,
     )?;
 
-    let mut areas = vec![0.0; base.len()];
-    mixed_voronoi_areas(&base, subdivision.triangles(finest), &mut areas);
-    let mut scales = vec![0.0; base.len()];
-    row_scales(&context.finest_adjacency, &areas, &mut scales);
     let wanted = match options.form {
         Form::Absolute => fitted,
         Form::Relative => fitted.iter().zip(&base).map(|(&fitted, &base)| fitted - base).collect(),
     };
-    let mut delta = vec![Vec3A::ZERO; base.len()];
-    apply_topological(&context.finest_adjacency, &wanted, &mut delta);
-    for (delta, scale) in delta.iter_mut().zip(&scales) {
-        *delta = (*delta / scale.max(1e-12)).clamp_length_max(options.compact.clamp);
+    let mut delta = operator_laplacian(context, &base, &wanted);
+    for delta in &mut delta {
+        *delta = delta.clamp_length_max(options.compact.clamp);
     }
     let mut coarse = coarsen(context, level, &delta);
     for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(subdivision, level)) {

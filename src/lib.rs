@@ -5,7 +5,7 @@
 //!
 //! Imports point one way:
 //! `rotation ◂ mesh ◂ body ◂ motion`, `encoding ◂ network`, `mesh ◂ laplacian ◂ solver`, then `avatar`, `animate`,
-//! `render`, `player`, `bindings`.
+//! `gpu`, `render`, `player`, `bindings`.
 
 pub mod animate;
 pub mod avatar;
@@ -15,6 +15,8 @@ pub mod body;
 pub mod encoding;
 #[cfg(any(feature = "fixture", all(test, feature = "factor")))]
 pub mod fixture;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod laplacian;
 pub mod mesh;
 pub mod motion;
@@ -25,4 +27,6 @@ pub mod pose_feature;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod rotation;
+#[cfg(all(test, any(feature = "render", feature = "gpu")))]
+mod shader_check;
 pub mod solver;

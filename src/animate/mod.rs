@@ -53,7 +53,7 @@ pub struct Animator {
     subdivision: Subdivision,
     domains: Vec<Domain>,
     finest_adjacency: Adjacency,
-    solver: Solver,
+    pub(crate) solver: Solver,
     surface: PosedSurface,
     scratch: Scratch,
     offsets: Vec<Vec3A>,
@@ -167,6 +167,11 @@ impl Animator {
     /// The avatar.
     pub fn avatar(&self) -> &Avatar {
         &self.avatar
+    }
+
+    /// The avatar, to keep.
+    pub fn shared_avatar(&self) -> Arc<Avatar> {
+        Arc::clone(&self.avatar)
     }
 
     /// Topology of all levels.

@@ -1,16 +1,8 @@
 //! Every shader is valid WGSL at WebGPU's baseline, and host structures lie where the shaders expect them.
 
 use super::globals::Globals;
-use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use crate::shader_check::{member_offsets, validate};
 use std::mem::offset_of;
-
-fn validate(source: &str) -> Result<(naga::Module, ModuleInfo), String> {
-    let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
-        .validate(&module)
-        .map_err(|error| error.emit_to_string(source))?;
-    Ok((module, info))
-}
 
 #[test]
 fn every_shader_is_valid_at_the_baseline() {
@@ -25,27 +17,6 @@ fn every_shader_is_valid_at_the_baseline() {
             panic!("{name}: {message}");
         }
     }
-}
-
-#[test]
-fn a_broken_shader_is_refused() {
-    assert!(validate("@fragment fn fragment() -> @location(0) vec4f { return vec3f(1.0); }").is_err());
-}
-
-#[test]
-fn a_shader_beyond_the_baseline_is_refused() {
-    assert!(
-        validate("var<immediate> x: f32; @fragment fn fragment() -> @location(0) vec4f { return vec4f(x); }").is_err()
-    );
-}
-
-/// Byte offset of each member of the structure `name` in `source`.
-fn member_offsets(source: &str, name: &str) -> (Vec<(String, usize)>, usize) {
-    let (module, _) = validate(source).unwrap();
-    let (_, structure) = module.types.iter().find(|(_, item)| item.name.as_deref() == Some(name)).unwrap();
-    let naga::TypeInner::Struct { members, span } = &structure.inner else { panic!("{name} is no structure") };
-    let offsets = members.iter().map(|member| (member.name.clone().unwrap(), member.offset as usize)).collect();
-    (offsets, *span as usize)
 }
 
 #[test]

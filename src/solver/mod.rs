@@ -7,9 +7,13 @@ mod factor;
 mod galerkin;
 mod multigrid;
 mod normal_operator;
+#[cfg(feature = "gpu")]
+mod parts;
 mod triangular;
 
 pub use factor::{CoarseFactor, FactorError};
+#[cfg(feature = "gpu")]
+pub(crate) use parts::{FactorParts, LevelParts, OperatorParts};
 
 use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
@@ -161,6 +165,22 @@ fn dot(a: &[Vec3A], b: &[Vec3A]) -> Vec3A {
 fn divide(a: Vec3A, b: Vec3A) -> Vec3A {
     let is_positive = b.cmpgt(Vec3A::ZERO);
     Vec3A::select(is_positive, a / Vec3A::select(is_positive, b, Vec3A::ONE), Vec3A::ZERO)
+}
+
+/// What tests of another implementation compare with.
+#[cfg(all(test, feature = "gpu"))]
+impl Solver {
+    pub(crate) fn operator(&self, level_below_finest: usize) -> NormalOperator {
+        self.preconditioner.levels[level_below_finest].operator.clone()
+    }
+
+    pub(crate) fn solve_coarsest(&mut self, b: &[Vec3A], x: &mut [Vec3A]) {
+        self.preconditioner.coarsest.solve(b, x);
+    }
+
+    pub(crate) fn precondition(&mut self, r: &[Vec3A]) -> &[Vec3A] {
+        self.preconditioner.apply(r)
+    }
 }
 
 #[cfg(all(test, feature = "factor"))]

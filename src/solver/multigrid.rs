@@ -12,14 +12,14 @@ use glam::Vec3A;
 pub(super) struct Level {
     pub operator: NormalOperator,
     /// a of the smoother Q = a (α N + β K) a: N^-½, and less at anchors.
-    scaling: Vec<f32>,
+    pub scaling: Vec<f32>,
     /// α and β.
-    weights: [f32; 2],
+    pub weights: [f32; 2],
     /// From the next coarser level, and back.
     prolongation: SparseMatrix,
     restriction: SparseMatrix,
     /// Smoothing steps before and after the coarser level.
-    steps: usize,
+    pub steps: usize,
     side: Vec<Vec3A>,
     residual: Vec<Vec3A>,
     correction: Vec<Vec3A>,

@@ -13,7 +13,7 @@ const WIDTH: usize = 6;
 
 /// Topology, anchors and the space of one product.
 #[derive(Clone, Debug)]
-pub(super) struct NormalOperator {
+pub(crate) struct NormalOperator {
     /// The first six neighbours of each vertex.
     rings: Vec<[u32; WIDTH]>,
     /// (vertex, neighbour) beyond the first six.
@@ -23,7 +23,7 @@ pub(super) struct NormalOperator {
     /// c
     pub scale: f32,
     /// B
-    anchors: SparseMatrix,
+    pub anchors: SparseMatrix,
     /// c N⁻² K x.
     middle: Vec<Vec3A>,
 }

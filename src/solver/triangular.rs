@@ -6,7 +6,7 @@ use glam::Vec3A;
 
 /// The entries below the diagonal of L in P A Pᵀ = L D Lᵀ, by columns; rows ascend within a column.
 #[derive(Clone, Debug)]
-pub(super) struct FactorPattern {
+pub(crate) struct FactorPattern {
     /// `offsets[j]..offsets[j + 1]` is column j of `rows`.
     pub offsets: Vec<u32>,
     pub rows: Vec<u32>,
@@ -76,10 +76,11 @@ pub(super) fn inverse_permutation(permutation: &[u32]) -> Option<Vec<u32>> {
 /// A factor ready to solve with.
 #[derive(Clone, Debug)]
 pub(super) struct DirectSolver {
-    permutation: Vec<u32>,
-    pattern: FactorPattern,
-    values: Vec<f32>,
-    reciprocal_diagonal: Vec<f32>,
+    pub permutation: Vec<u32>,
+    pub pattern: FactorPattern,
+    /// Of L, in the pattern's order.
+    pub values: Vec<f32>,
+    pub reciprocal_diagonal: Vec<f32>,
     /// The right side and then the solution, in elimination order.
     permuted: Vec<Vec3A>,
 }

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
@@ -28,6 +28,17 @@ pub const FLAGS: [&str; 12] = [
 /// Chromium, under the names that systems give it.
 pub fn chromium() -> Option<PathBuf> {
     ["chromium", "chromium-browser", "google-chrome"].into_iter().find_map(command::find)
+}
+
+/// Where Debian's and Google's packages put Chromium's libraries.
+const LIBRARY_FOLDERS: [&str; 3] = ["/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome"];
+
+/// Lets native tests find the software GPU that Chromium brings along (and its Vulkan loader), after the machine's own GPUs.
+pub fn lend_software_gpu(command: &mut Command) {
+    let manifest = |folder: &&str| Path::new(folder).join("vk_swiftshader_icd.json");
+    if let Some(folder) = LIBRARY_FOLDERS.iter().find(|folder| manifest(folder).is_file()) {
+        command.env("VK_ADD_DRIVER_FILES", manifest(folder)).env("LD_LIBRARY_PATH", folder);
+    }
 }
 
 /// The program through which wasm tests steer Chromium.

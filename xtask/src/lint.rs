@@ -8,7 +8,7 @@ use crate::toolchain::Toolchain;
 use crate::{command, progress, wasm};
 
 /// Beside the default features: what native tests look at.
-pub const FEATURES: [&str; 2] = ["--features", "crease/fixture,crease/render"];
+pub const FEATURES: [&str; 2] = ["--features", "crease/fixture,crease/render,crease/gpu"];
 
 /// Runs every lint; the first that complains ends it. The wasm bindings must have been built: tsc reads their types.
 pub fn run(toolchain: Toolchain) -> Result<()> {

@@ -22,6 +22,7 @@ pub fn run() -> Result<()> {
     wasm::build_element()?;
     lint::run(toolchain)?;
     let mut native = command::cargo("test");
+    browser::lend_software_gpu(&mut native);
     step("native tests", native.arg("--workspace").args(lint::FEATURES))?;
     wasm(toolchain)?;
     progress::aloud("glTF validator", validate_glbs)?;

@@ -1,0 +1,91 @@
+//! The coarsest level, solved by two products with W = L⁻¹.
+
+use super::inverse_factor::{InverseFactor, NONE};
+use super::kernel::{Dispatch, Kernel, Shader, WORKGROUP_LIMIT, numbered, storage_of, vectors};
+use crate::solver::FactorParts;
+use half::f16;
+use wgpu::{Buffer, Device};
+
+/// WGSL of the pass.
+pub(super) const SOURCE: &str = include_str!("coarse_solve.wgsl");
+
+/// Columns of a workgroup of `backward`.
+const COLUMNS: usize = 16;
+
+/// Host twin of `Row` in coarse_solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Row {
+    origin: u32,
+    first_column: u32,
+    reciprocal_diagonal: f32,
+    run_end: u32,
+    next_run: u32,
+}
+
+/// W in GPU buffers, and its two products.
+pub(super) struct GpuCoarseSolve {
+    forward: Kernel,
+    backward: Kernel,
+    rows: Buffer,
+    values: Buffer,
+    vertices: Buffer,
+    between: Buffer,
+    count: usize,
+}
+
+impl GpuCoarseSolve {
+    pub fn new(device: &Device, factor: &FactorParts<'_>) -> Self {
+        let inverse = InverseFactor::new(factor);
+        let count = inverse.steps.len();
+        let mut rows: Vec<Row> = (0..count)
+            .map(|i| {
+                let step = inverse.steps[i] as usize;
+                Row {
+                    // Wraps below zero; adding a column that the row has wraps back.
+                    origin: (inverse.offsets[i] as u32).wrapping_sub(inverse.first_columns[i]),
+                    first_column: inverse.first_columns[i],
+                    reciprocal_diagonal: factor.reciprocal_diagonal[step],
+                    run_end: i as u32,
+                    next_run: inverse.parents[i],
+                }
+            })
+            .collect();
+        for i in (0..count).rev() {
+            if inverse.parents[i] != NONE && inverse.parents[i] as usize == i + 1 {
+                (rows[i].run_end, rows[i].next_run) = (rows[i + 1].run_end, rows[i + 1].next_run);
+            }
+        }
+        let halves: Vec<u32> = inverse
+            .values
+            .chunks(2)
+            .map(|pair| {
+                let bits = |i: usize| u32::from(f16::from_f32(pair.get(i).copied().unwrap_or(0.0)).to_bits());
+                bits(0) | bits(1) << 16
+            })
+            .collect();
+        let vertices: Vec<u32> = inverse.steps.iter().map(|&step| factor.permutation[step as usize]).collect();
+        let shader = Shader::new(device, "coarse solve", SOURCE);
+        Self {
+            forward: shader.kernel("forward"),
+            backward: shader.kernel("backward"),
+            rows: storage_of(device, "coarse solve: rows", &rows),
+            values: storage_of(device, "coarse solve: values", &halves),
+            vertices: storage_of(device, "coarse solve: vertices", &vertices),
+            between: vectors(device, "coarse solve: between", count),
+            count,
+        }
+    }
+
+    /// x = A₀⁻¹ b, nearly.
+    pub fn solve(&self, b: &Buffer, x: &Buffer) -> [Dispatch; 2] {
+        let high = self.count.div_ceil(WORKGROUP_LIMIT);
+        let groups = [self.count.div_ceil(high.max(1)) as u32, high as u32, 1];
+        let forward = numbered([&self.rows, &self.values, b, &self.between, &self.vertices]);
+        let backward = numbered([&self.rows, &self.values, &self.between, x, &self.vertices]);
+        [
+            self.forward.in_groups(groups, &forward),
+            self.backward.in_groups([self.count.div_ceil(COLUMNS) as u32, 1, 1], &backward),
+        ]
+    }
+}

@@ -1,0 +1,143 @@
+//! The little that this room needs of wgpu: kernels, buffers, and dispatches that are recorded once and run every frame.
+
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use wgpu::*;
+
+/// Invocations of a workgroup where a thread does a vertex.
+pub(super) const WORKGROUP: usize = 64;
+
+/// Most workgroups of a dispatch in one dimension, by WebGPU's default limits.
+pub(super) const WORKGROUP_LIMIT: usize = 65_535;
+
+/// A WGSL module on a device.
+pub(super) struct Shader<'a> {
+    device: &'a Device,
+    module: ShaderModule,
+    label: &'static str,
+}
+
+/// One entry point, ready to be bound.
+pub(super) struct Kernel {
+    device: Device,
+    pipeline: ComputePipeline,
+    label: &'static str,
+}
+
+/// A kernel with its buffers and its size.
+#[derive(Clone)]
+pub(super) struct Dispatch {
+    pipeline: ComputePipeline,
+    group: BindGroup,
+    workgroups: [u32; 3],
+    /// Bytes of all its buffers: what it moves if it touches each number once.
+    pub bytes: u64,
+}
+
+impl<'a> Shader<'a> {
+    pub fn new(device: &'a Device, label: &'static str, source: &str) -> Self {
+        let descriptor = ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(source.into()) };
+        Self { device, module: device.create_shader_module(descriptor), label }
+    }
+
+    pub fn kernel(&self, entry: &'static str) -> Kernel {
+        let pipeline = self.device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: Some(self.label),
+            layout: None,
+            module: &self.module,
+            entry_point: Some(entry),
+            // Every kernel writes its workgroup's memory before it reads it.
+            compilation_options: PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: false,
+                ..Default::default()
+            },
+            cache: None,
+        });
+        Kernel { device: self.device.clone(), pipeline, label: entry }
+    }
+}
+
+impl Kernel {
+    /// A thread for each of `count`, in workgroups of [`WORKGROUP`]; `buffers` are those that the entry point uses, with their numbers.
+    pub fn over(&self, count: usize, buffers: &[(u32, &Buffer)]) -> Dispatch {
+        self.in_groups([count.div_ceil(WORKGROUP) as u32, 1, 1], buffers)
+    }
+
+    /// So many workgroups.
+    pub fn in_groups(&self, workgroups: [u32; 3], buffers: &[(u32, &Buffer)]) -> Dispatch {
+        let bindings: Vec<_> =
+            buffers.iter().map(|&(number, buffer)| (number, buffer.as_entire_buffer_binding())).collect();
+        self.with_ranges(workgroups, &bindings)
+    }
+
+    /// So many workgroups, over parts of buffers.
+    pub fn with_ranges(&self, workgroups: [u32; 3], bindings: &[(u32, BufferBinding<'_>)]) -> Dispatch {
+        let size = |binding: &BufferBinding<'_>| binding.size.map_or(binding.buffer.size() - binding.offset, u64::from);
+        let entries: Vec<BindGroupEntry<'_>> = bindings
+            .iter()
+            .map(|(number, binding)| BindGroupEntry {
+                binding: *number,
+                resource: BindingResource::Buffer(binding.clone()),
+            })
+            .collect();
+        let group = self.device.create_bind_group(&BindGroupDescriptor {
+            label: Some(self.label),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let bytes = bindings.iter().map(|(_, binding)| size(binding)).sum();
+        Dispatch { pipeline: self.pipeline.clone(), group, workgroups, bytes }
+    }
+}
+
+impl Dispatch {
+    pub fn record(&self, pass: &mut ComputePass<'_>) {
+        let [x, y, z] = self.workgroups;
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.dispatch_workgroups(x, y, z);
+    }
+}
+
+/// Buffers at bindings 0, 1, 2 …
+pub(super) fn numbered<const N: usize>(buffers: [&Buffer; N]) -> [(u32, &Buffer); N] {
+    let mut number = 0..;
+    buffers.map(|buffer| (number.next().unwrap_or_default(), buffer))
+}
+
+/// Binding size of no buffer may be zero.
+const SMALLEST_BUFFER: u64 = 16;
+
+/// A storage buffer with room for `bytes`, zeros at first.
+pub(super) fn storage(device: &Device, label: &'static str, bytes: usize) -> Buffer {
+    device.create_buffer(&BufferDescriptor {
+        label: Some(label),
+        size: (bytes as u64).max(SMALLEST_BUFFER),
+        usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// A storage buffer of one vector (xyz and an unused number) for each of `count` vertices.
+pub(super) fn vectors(device: &Device, label: &'static str, count: usize) -> Buffer {
+    storage(device, label, count * size_of::<[f32; 4]>())
+}
+
+/// A storage buffer that holds `items`.
+pub(super) fn storage_of<T: bytemuck::NoUninit>(device: &Device, label: &'static str, items: &[T]) -> Buffer {
+    filled(device, label, bytemuck::cast_slice(items), BufferUsages::STORAGE)
+}
+
+/// A uniform buffer that holds `item`.
+pub(super) fn uniform_of<T: bytemuck::NoUninit>(device: &Device, label: &'static str, item: &T) -> Buffer {
+    filled(device, label, bytemuck::bytes_of(item), BufferUsages::UNIFORM)
+}
+
+fn filled(device: &Device, label: &'static str, bytes: &[u8], usage: BufferUsages) -> Buffer {
+    let usage = usage | BufferUsages::COPY_DST;
+    if bytes.is_empty() {
+        let descriptor =
+            BufferDescriptor { label: Some(label), size: SMALLEST_BUFFER, usage, mapped_at_creation: false };
+        return device.create_buffer(&descriptor);
+    }
+    device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents: bytes, usage })
+}

@@ -1,0 +1,73 @@
+//! Sparse matrices on the GPU: subdivision, restriction, prolongation.
+
+use super::kernel::{Dispatch, Kernel, Shader, numbered, storage_of};
+use crate::mesh::sparse::SparseMatrix;
+use crate::mesh::{Scheme, Subdivision};
+use wgpu::{Buffer, Device};
+
+/// WGSL of the pass.
+pub(super) const SOURCE: &str = include_str!("sparse.wgsl");
+
+/// out = M x and out += M x.
+pub(super) struct SparseKernels {
+    apply: Kernel,
+    add: Kernel,
+}
+
+/// A matrix in GPU buffers.
+pub(super) struct GpuMatrix {
+    offsets: Buffer,
+    entries: Buffer,
+    row_count: usize,
+}
+
+impl GpuMatrix {
+    pub fn new(device: &Device, matrix: &SparseMatrix) -> Self {
+        Self {
+            offsets: storage_of(device, "matrix: offsets", &matrix.offsets),
+            entries: storage_of(device, "matrix: entries", &matrix.entries()),
+            row_count: matrix.row_count(),
+        }
+    }
+}
+
+impl SparseMatrix {
+    /// (column, bits of the value), as the shaders read them.
+    pub(super) fn entries(&self) -> Vec<[u32; 2]> {
+        self.columns.iter().zip(&self.values).map(|(&column, value)| [column, value.to_bits()]).collect()
+    }
+}
+
+/// What [`Subdivision::refine`] applies, from `level` to the next.
+pub(super) fn stencils(subdivision: &Subdivision, scheme: Scheme, level: usize) -> SparseMatrix {
+    if scheme == Scheme::Loop {
+        return subdivision.loop_stencils(level).clone();
+    }
+    let (coarse_count, edges) = (subdivision.vertex_count(level), subdivision.edges(level));
+    let row_count = coarse_count + edges.len();
+    let mut stencils = SparseMatrix::with_capacity(row_count, row_count + edges.len(), coarse_count);
+    (0..coarse_count as u32).for_each(|k| stencils.push_row(&mut [(k, 1.0)]));
+    edges.iter().for_each(|&[a, b]| stencils.push_row(&mut [(a, 0.5), (b, 0.5)]));
+    stencils
+}
+
+impl SparseKernels {
+    pub fn new(device: &Device) -> Self {
+        let shader = Shader::new(device, "sparse", SOURCE);
+        Self { apply: shader.kernel("apply"), add: shader.kernel("add") }
+    }
+
+    /// out = M x.
+    pub fn apply(&self, matrix: &GpuMatrix, x: &Buffer, out: &Buffer) -> Dispatch {
+        Self::dispatch(&self.apply, matrix, x, out)
+    }
+
+    /// out += M x.
+    pub fn add(&self, matrix: &GpuMatrix, x: &Buffer, out: &Buffer) -> Dispatch {
+        Self::dispatch(&self.add, matrix, x, out)
+    }
+
+    fn dispatch(kernel: &Kernel, matrix: &GpuMatrix, x: &Buffer, out: &Buffer) -> Dispatch {
+        kernel.over(matrix.row_count, &numbered([&matrix.offsets, &matrix.entries, x, out]))
+    }
+}

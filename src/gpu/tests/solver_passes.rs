@@ -1,0 +1,174 @@
+//! The solver's passes. Tolerances are shares of the largest value.
+
+use super::super::coarse_solve::GpuCoarseSolve;
+use super::super::conjugate_gradients::GpuSolver;
+use super::super::inverse_factor::{InverseFactor, NONE};
+use super::super::multigrid::GpuMultigrid;
+use super::super::normal_operator::{GpuOperator, OperatorKernels};
+use super::{Gpu, gpu, largest_distance, size};
+use crate::animate::Animator;
+use crate::fixture::compact_avatar;
+use crate::mesh::Subdivision;
+use crate::mesh::test_meshes::{grid, icosphere, noise_vectors};
+use crate::solver::{CoarseFactor, Solver, Stop};
+use glam::Vec3A;
+use std::sync::Arc;
+
+/// A closed mesh, an open one, and one without subdivision.
+fn cases() -> Vec<(Subdivision, Solver)> {
+    let fixture = Animator::new(Arc::new(compact_avatar())).unwrap();
+    let (sheet, sphere) = (grid(12, 9), icosphere(3));
+    let mut cases = vec![(fixture.subdivision().clone(), fixture.solver.clone())];
+    for (mesh, levels) in [(sheet, 2), (sphere, 0)] {
+        let subdivision = Subdivision::new(mesh.positions.len(), &mesh.triangles, levels);
+        let anchors: Vec<u32> = (0..subdivision.vertex_count(levels) as u32).step_by(29).collect();
+        let factor = CoarseFactor::new(&subdivision, &anchors, 0.7);
+        let solver = Solver::new(&subdivision, &anchors, 0.7, factor).unwrap();
+        cases.push((subdivision, solver));
+    }
+    cases
+}
+
+fn assert_close(found: &[Vec3A], expected: &[Vec3A], tolerance: f32, what: &str) {
+    let (error, size) = (largest_distance(found, expected), size(expected));
+    assert!(size > 0.0 && error <= tolerance * size, "{what}: {error} of {size}");
+}
+
+#[test]
+fn normal_operator() {
+    let gpu = gpu();
+    for (subdivision, solver) in cases() {
+        let finest = subdivision.level_count();
+        for (i, level) in solver.level_parts().enumerate() {
+            let kernels = OperatorKernels::new(&gpu.device);
+            let mut cpu = solver.operator(i);
+            let operator =
+                GpuOperator::new(&gpu.device, &level.operator, level.scaling, level.weights, &subdivision, finest - i);
+            let count = subdivision.vertex_count(finest - i);
+            let (x, b) = (noise_vectors(count, 1), noise_vectors(count, 2));
+            let (x_buffer, b_buffer, out) = (gpu.vectors(&x), gpu.vectors(&b), gpu.empty(count));
+            let mut expected = vec![Vec3A::ZERO; count];
+
+            cpu.product(&x, &mut expected);
+            assert_close(&gpu.run(&operator.product(&kernels, &x_buffer, &out), &out), &expected, 2e-6, "product");
+            cpu.residual(&x, &b, &mut expected);
+            let dispatches = operator.residual(&kernels, &x_buffer, &b_buffer, &out);
+            assert_close(&gpu.run(&dispatches, &out), &expected, 2e-6, "residual");
+            cpu.right_side(&x, &mut expected);
+            let dispatch = operator.right_side(&kernels, &x_buffer, &out);
+            assert_close(&gpu.run([&dispatch], &out), &expected, 2e-6, "right side");
+            expected.fill(Vec3A::ZERO);
+            cpu.add_smoothed(level.scaling, level.weights, &x, &mut expected);
+            let dispatch = operator.smooth_first(&kernels, &x_buffer, &out);
+            assert_close(&gpu.run([&dispatch], &out), &expected, 2e-6, "smoothing");
+            cpu.add_smoothed(level.scaling, level.weights, &b, &mut expected);
+            let dispatch = operator.smooth_more(&kernels, &b_buffer, &out);
+            assert_close(&gpu.run([&dispatch], &out), &expected, 2e-6, "more smoothing");
+        }
+    }
+}
+
+#[test]
+fn the_inverse_factor_undoes_the_factor() {
+    for (_, solver) in cases() {
+        let factor = &solver.factor_parts();
+        let inverse = InverseFactor::new(factor);
+        assert_eq!(inverse.values.len(), InverseFactor::value_count(factor));
+        let count = inverse.steps.len();
+        assert!(inverse.parents.iter().zip(0u32..).all(|(&parent, i)| parent == NONE || parent > i));
+        // L (W x) = x, in the factor's own order.
+        let x: Vec<f32> = noise_vectors(count, 3).iter().map(|v| v.x).collect();
+        let mut product = vec![0.0; count];
+        for i in 0..count {
+            let row = &inverse.values[inverse.offsets[i]..inverse.offsets[i + 1]];
+            product[inverse.steps[i] as usize] =
+                row.iter().zip(&x[inverse.first_columns[i] as usize..]).map(|(w, x)| w * x).sum::<f32>();
+        }
+        let mut back = product.clone();
+        for j in 0..count {
+            for at in factor.pattern.column(j) {
+                back[factor.pattern.rows[at] as usize] += factor.values[at] * product[j];
+            }
+        }
+        let error = (0..count).map(|i| (back[inverse.steps[i] as usize] - x[i]).abs()).fold(0.0, f32::max);
+        assert!(error < 1e-4, "{error}");
+    }
+}
+
+#[test]
+fn coarse_solve() {
+    let gpu = gpu();
+    for (subdivision, mut solver) in cases() {
+        let b = noise_vectors(subdivision.vertex_count(0), 5);
+        let mut expected = vec![Vec3A::ZERO; b.len()];
+        solver.solve_coarsest(&b, &mut expected);
+        let x = gpu.empty(b.len());
+        let solve = GpuCoarseSolve::new(&gpu.device, &solver.factor_parts());
+        let found = gpu.run(&solve.solve(&gpu.vectors(&b), &x), &x);
+        // W is kept in half precision: eleven bits.
+        assert_close(&found, &expected, 2e-3, "coarse solve");
+    }
+}
+
+#[test]
+fn multigrid() {
+    let gpu = gpu();
+    for (subdivision, mut solver) in cases() {
+        let r = noise_vectors(subdivision.vertex_count(subdivision.level_count()), 6);
+        let expected = solver.precondition(&r).to_vec();
+        let z = gpu.empty(r.len());
+        let multigrid = GpuMultigrid::new(&gpu.device, &solver, &subdivision);
+        let cycle = multigrid.cycle(&OperatorKernels::new(&gpu.device), &gpu.vectors(&r), &z);
+        assert_close(&gpu.run(&cycle, &z), &expected, 2e-3, "V-cycle");
+    }
+}
+
+/// What the GPU finds from `r` and a first guess.
+fn solve(
+    gpu: &Gpu,
+    subdivision: &Subdivision,
+    solver: &Solver,
+    r: &[Vec3A],
+    guess: &[Vec3A],
+    count: u32,
+) -> Vec<Vec3A> {
+    let (row_residual, displacement) = (gpu.vectors(r), gpu.vectors(guess));
+    let solve = GpuSolver::new(&gpu.device, solver, subdivision, &row_residual, &displacement);
+    gpu.run(solve.dispatches(count), &displacement)
+}
+
+#[test]
+fn conjugate_gradients() {
+    let gpu = gpu();
+    for (subdivision, mut solver) in cases() {
+        let r = noise_vectors(subdivision.vertex_count(subdivision.level_count()), 7);
+        let zero = vec![Vec3A::ZERO; r.len()];
+        let mut exact = zero.clone();
+        solver.solve(&r, &mut exact, Stop::Iterations(40));
+        let mut errors = vec![];
+        for count in [1, 2, 8] {
+            let found = solve(gpu, &subdivision, &solver, &r, &zero, count);
+            let mut expected = zero.clone();
+            solver.solve(&r, &mut expected, Stop::Iterations(count));
+            errors.push([&found, &expected].map(|x| largest_distance(x, &exact) / size(&exact)));
+        }
+        // Half precision at the bottom bends the way there a little, and costs no iteration.
+        for [found, expected] in &errors {
+            assert!(*found < 1.5 * expected + 2e-5, "{errors:?}");
+        }
+        assert!(errors[0][0] > 2.0 * errors[2][0], "the test would notice: {errors:?}");
+        let nearly: Vec<Vec3A> = exact.iter().map(|d| 0.98 * *d).collect();
+        let warm = solve(gpu, &subdivision, &solver, &r, &nearly, 2);
+        let warm = largest_distance(&warm, &exact) / size(&exact);
+        assert!(warm < 0.1 * errors[1][0] + 2e-5, "a first guess helps: {warm} after {errors:?}");
+    }
+}
+
+#[test]
+fn no_residual_is_no_displacement() {
+    let gpu = gpu();
+    for (subdivision, solver) in cases() {
+        let zero = vec![Vec3A::ZERO; subdivision.vertex_count(subdivision.level_count())];
+        assert_eq!(solve(gpu, &subdivision, &solver, &zero, &zero, 3), zero);
+    }
+}

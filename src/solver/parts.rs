@@ -1,0 +1,67 @@
+//! What the solver is made of, for another implementation of the same solve (`gpu`).
+
+use super::triangular::FactorPattern;
+use super::{NormalOperator, Solver};
+use crate::mesh::sparse::SparseMatrix;
+
+/// A = c LᵀL + BᵀB on a level; L is that of its triangles.
+pub(crate) struct OperatorParts<'a> {
+    /// c
+    pub scale: f32,
+    /// B
+    pub anchors: &'a SparseMatrix,
+}
+
+/// A level above the coarsest. Loop's stencils lead there and their transpose back.
+pub(crate) struct LevelParts<'a> {
+    pub operator: OperatorParts<'a>,
+    /// a of the smoother a (α N + β K) a.
+    pub scaling: &'a [f32],
+    /// α and β.
+    pub weights: [f32; 2],
+    /// Smoothing steps before and after the coarser level.
+    pub steps: usize,
+}
+
+/// P A₀ Pᵀ = L D Lᵀ.
+pub(crate) struct FactorParts<'a> {
+    /// The vertex that each step removes.
+    pub permutation: &'a [u32],
+    /// D⁻¹
+    pub reciprocal_diagonal: &'a [f32],
+    /// L below its diagonal.
+    pub pattern: &'a FactorPattern,
+    pub values: &'a [f32],
+}
+
+impl Solver {
+    /// The operator of the finest level.
+    pub(crate) fn operator_parts(&self) -> OperatorParts<'_> {
+        parts(&self.operator)
+    }
+
+    /// Levels above the coarsest, finest first.
+    pub(crate) fn level_parts(&self) -> impl Iterator<Item = LevelParts<'_>> {
+        self.preconditioner.levels.iter().map(|level| LevelParts {
+            operator: parts(&level.operator),
+            scaling: &level.scaling,
+            weights: level.weights,
+            steps: level.steps,
+        })
+    }
+
+    /// The coarsest level's factor.
+    pub(crate) fn factor_parts(&self) -> FactorParts<'_> {
+        let solver = &self.preconditioner.coarsest;
+        FactorParts {
+            permutation: &solver.permutation,
+            reciprocal_diagonal: &solver.reciprocal_diagonal,
+            pattern: &solver.pattern,
+            values: &solver.values,
+        }
+    }
+}
+
+fn parts(operator: &NormalOperator) -> OperatorParts<'_> {
+    OperatorParts { scale: operator.scale, anchors: &operator.anchors }
+}

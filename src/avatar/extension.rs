@@ -1,4 +1,4 @@
-//! The JSON of the `CREASE_avatar` extension, version 1 (docs/format.md).
+//! The JSON of the `CREASE_avatar` extension, version 2 (docs/format.md).
 
 use super::Form;
 use crate::mesh::Scheme;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The extension's name.
 pub const NAME: &str = "CREASE_avatar";
 /// Readers refuse any other.
-pub const MAJOR_VERSION: u64 = 1;
+pub const MAJOR_VERSION: u64 = 2;
 /// Readers accept any.
 pub const MINOR_VERSION: u64 = 0;
 
@@ -56,7 +56,7 @@ impl Default for Units {
     }
 }
 
-/// A whole buffer view as a row-major array of little-endian numbers.
+/// A whole buffer view as a row-major array of little-endian numbers, packed or as it is.
 #[derive(Serialize, Deserialize, Clone)]
 #[serde(rename_all = "camelCase")]
 pub struct Table {
@@ -67,6 +67,9 @@ pub struct Table {
     /// Of `f16` tables: value = number × scale.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f32>,
+    /// The view holds what `deflate::pack` makes of the array.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub packed: bool,
 }
 
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq, Debug)]

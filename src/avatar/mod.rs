@@ -1,5 +1,6 @@
 //! The avatar and its file: a valid GLB with an extension (docs/format.md).
 
+mod deflate;
 mod document;
 mod extension;
 mod glb;

@@ -49,7 +49,7 @@ fn extension(json: &serde_json::Value, file: &str) -> Result<Extension, AvatarEr
         return Err(AvatarError::new(
             file,
             "CREASE_avatar.association",
-            "the table of version 1",
+            "the table of version 2",
             format!("{:?}", extension.association),
         ));
     }
@@ -233,7 +233,7 @@ impl Reader<'_> {
         Ok(CoarseFactor {
             permutation: self.indices(&factor.permutation, "factor.permutation", Some(count))?,
             diagonal: self.floats(&factor.diagonal, "factor.diagonal", &shape)?,
-            values: halves(values).collect(),
+            values: halves(&values).collect(),
         })
     }
 

@@ -1,10 +1,12 @@
 //! Numbers out of a file's accessors and tables, each checked before it is used.
 
 use super::AvatarError;
+use super::deflate::unpack;
 use super::document::{self, Document};
 use super::extension::{Number, Table};
 use glam::Vec3A;
 use half::f16;
+use std::borrow::Cow;
 
 /// A file's document and binary chunk.
 pub struct Reader<'a> {
@@ -90,7 +92,7 @@ impl<'a> Reader<'a> {
         field: &str,
         numbers: &[Number],
         shape: &[Option<usize>],
-    ) -> Result<&'a [u8], AvatarError> {
+    ) -> Result<Cow<'a, [u8]>, AvatarError> {
         if !numbers.contains(&table.number) {
             return Err(self.error(&format!("{field}.type"), format!("{numbers:?}"), format!("{:?}", table.number)));
         }
@@ -110,20 +112,25 @@ impl<'a> Reader<'a> {
             ));
         }
         let bytes = self.view(table.buffer_view, field)?;
-        let length = table.shape.iter().try_fold(table.number.size(), |product, &length| product.checked_mul(length));
-        if length != Some(bytes.len()) {
+        let size = table.number.size();
+        let length = table.shape.iter().try_fold(size, |product, &length| product.checked_mul(length));
+        let unpacked = match length {
+            Some(length) if table.packed => unpack(bytes, length, size).map(Cow::Owned),
+            Some(length) if length == bytes.len() => Ok(Cow::Borrowed(bytes)),
+            _ => Err(format!("{} bytes", bytes.len())),
+        };
+        unpacked.map_err(|found| {
             let expected = format!("the bytes of {:?} {:?}", table.shape, table.number);
-            return Err(self.error(&format!("{field}.bufferView"), expected, format!("{} bytes", bytes.len())));
-        }
-        Ok(bytes)
+            self.error(&format!("{field}.bufferView"), expected, found)
+        })
     }
 
     pub fn floats(&self, table: &Table, field: &str, shape: &[Option<usize>]) -> Result<Vec<f32>, AvatarError> {
         let bytes = self.table(table, field, &[Number::F16, Number::F32], shape)?;
         let scale = table.scale.unwrap_or(1.0);
         let values: Vec<f32> = match table.number {
-            Number::F16 => halves(bytes).map(|half| half.to_f32() * scale).collect(),
-            _ => floats(bytes).collect(),
+            Number::F16 => halves(&bytes).map(|half| half.to_f32() * scale).collect(),
+            _ => floats(&bytes).collect(),
         };
         match values.iter().position(|value| !value.is_finite()) {
             Some(i) => Err(self.error(&format!("{field}[{i}]"), "a finite number", values[i])),
@@ -138,7 +145,7 @@ impl<'a> Reader<'a> {
 
     pub fn indices(&self, table: &Table, field: &str, count: Option<usize>) -> Result<Vec<u32>, AvatarError> {
         let bytes = self.table(table, field, &[Number::U16, Number::U32], &[count])?;
-        Ok(if table.number == Number::U16 { shorts(bytes).map(u32::from).collect() } else { words(bytes).collect() })
+        Ok(if table.number == Number::U16 { shorts(&bytes).map(u32::from).collect() } else { words(&bytes).collect() })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Writing an avatar.
 
+use super::deflate::pack;
 use super::document::{self, Accessor, Attributes, BufferView, Document, Node};
 use super::extension::{
     Extension, Factor, Function, LayerTables, MAJOR_VERSION, MINOR_VERSION, NAME, Number, RegionFacts, Table, Units,
@@ -56,6 +57,8 @@ struct BufferWriter {
     bytes: Vec<u8>,
     views: Vec<BufferView>,
     accessors: Vec<Accessor>,
+    /// Views that hold tables.
+    tables: Vec<usize>,
 }
 
 impl BufferWriter {
@@ -97,7 +100,19 @@ impl BufferWriter {
 
     fn table(&mut self, data: &[u8], number: Number, shape: &[usize]) -> Table {
         debug_assert_eq!(data.len(), shape.iter().product::<usize>() * number.size());
-        Table { buffer_view: self.view(data, None), number, shape: shape.to_vec(), scale: None }
+        let packed = pack(data, number.size());
+        let is_smaller = packed.len() < data.len();
+        let data = if is_smaller { &packed } else { data };
+        // f_d and f_l share their centres.
+        let earlier = self.tables.iter().copied().find(|&view| self.bytes_of(view) == data);
+        let buffer_view = earlier.unwrap_or_else(|| self.view(data, None));
+        self.tables.push(buffer_view);
+        Table { buffer_view, number, shape: shape.to_vec(), scale: None, packed: is_smaller }
+    }
+
+    fn bytes_of(&self, view: usize) -> &[u8] {
+        let BufferView { byte_offset, byte_length, .. } = self.views[view];
+        &self.bytes[byte_offset..byte_offset + byte_length]
     }
 
     fn floats(&mut self, values: &[f32], shape: &[usize]) -> Table {

@@ -8,11 +8,12 @@ pub use surface::PosedSurface;
 
 use crate::avatar::{Avatar, AvatarError, Form};
 use crate::body::Pose;
-use crate::laplacian::{apply_topological, row_scales};
-use crate::mesh::{Adjacency, Mesh, Scheme, Subdivision, Triangle, mixed_voronoi_areas};
+use crate::laplacian::scale_per_area;
+use crate::mesh::{Mesh, Scheme, Subdivision, Triangle, mixed_voronoi_areas};
 use crate::network::{Domain, Scratch};
-use crate::solver::{Solver, Stop};
+use crate::solver::{Solver, Start, Stop};
 use glam::Vec3A;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// How far down the pipeline a frame goes.
@@ -36,15 +37,42 @@ pub struct Options {
     pub detail: f32,
     /// When the solver stops.
     pub stop: Stop,
-    /// Start the solver from the displacement of the last call in place of zero: fewer iterations where poses follow each other, and
+    /// Start the solver from what the last calls make likely in place of the base: fewer iterations where poses follow each other, and
     /// a result that differs within the tolerance. With [`Stop::Iterations`] the result then depends on earlier poses.
     pub warm_start: bool,
+    /// Subdivision level of the mesh that is returned, as near as [`Animator::levels`] allows.
+    pub level: usize,
+    /// Level on which the Laplacian is integrated, `level` at most. Below `level` the displacement is carried up by Loop's stencils:
+    /// a quarter of the cost for each level, without the finest wrinkles.
+    pub solve_level: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { stage: Stage::Detailed, detail: 1.0, stop: Stop::Tolerance(1e-5), warm_start: false }
+        Self {
+            stage: Stage::Detailed,
+            detail: 1.0,
+            stop: Stop::Tolerance(1e-5),
+            warm_start: false,
+            level: usize::MAX,
+            solve_level: usize::MAX,
+        }
     }
+}
+
+/// What a frame consists of, in this order; the parts after [`Part::Base`] belong to the detailed stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// f_d.
+    Deformation,
+    /// Skinning and subdivision.
+    Base,
+    /// f_l, turned into the posed frame and refined.
+    Laplacian,
+    /// Areas, row scales and the wanted Laplacian in metres.
+    Residual,
+    /// The solver.
+    Solve,
 }
 
 /// An avatar made ready to move: all that no frame changes, and scratch space.
@@ -52,17 +80,18 @@ pub struct Animator {
     avatar: Arc<Avatar>,
     subdivision: Subdivision,
     domains: Vec<Domain>,
-    finest_adjacency: Adjacency,
     pub(crate) solver: Solver,
+    /// s/a of each vertex, for the levels on which the solver solves, coarsest first.
+    scales_per_area: Vec<Vec<f32>>,
     surface: PosedSurface,
     scratch: Scratch,
     offsets: Vec<Vec3A>,
     /// δ of f_l, posed, from its own level up to the finest.
     laplacians: Vec<Vec<Vec3A>>,
     areas: Vec<f32>,
-    scales: Vec<f32>,
     residual: Vec<Vec3A>,
-    displacement: Vec<Vec3A>,
+    /// From the coarsest level of the solver up.
+    displacements: Vec<Vec<Vec3A>>,
     detailed: Vec<Vec3A>,
     iterations: u32,
 }
@@ -73,25 +102,25 @@ impl Animator {
         avatar.validate(&avatar.name)?;
         let finest_level = avatar.level_count as usize;
         let subdivision = Subdivision::new(avatar.rig.rest.len(), &avatar.triangles, finest_level);
-        let count = subdivision.vertex_count(finest_level);
+        let zeros = |level: usize| vec![Vec3A::ZERO; subdivision.vertex_count(level)];
         let laplacian_level = avatar.laplacian.level();
         let solver = Solver::new(&subdivision, &avatar.anchors, avatar.anchor_weight, avatar.factor.clone())
             .map_err(|error| AvatarError::from_factor(&avatar.name, &error))?;
+        let solver_levels = solver.coarsest_level()..=finest_level;
+        let scales_per_area =
+            |level: usize| solver.valences(level).into_iter().map(scale_per_area).collect::<Vec<f32>>();
         Ok(Self {
             domains: Domain::levels(&avatar.canonical, &avatar.rig.skin, &subdivision),
-            finest_adjacency: Adjacency::new(count, subdivision.triangles(finest_level)),
+            scales_per_area: solver_levels.clone().map(scales_per_area).collect(),
             solver,
             surface: PosedSurface::new(&subdivision),
             scratch: Scratch::default(),
-            offsets: vec![Vec3A::ZERO; avatar.rig.rest.len()],
-            laplacians: (laplacian_level..=finest_level)
-                .map(|level| vec![Vec3A::ZERO; subdivision.vertex_count(level)])
-                .collect(),
-            areas: vec![0.0; count],
-            scales: vec![0.0; count],
-            residual: vec![Vec3A::ZERO; count],
-            displacement: vec![Vec3A::ZERO; count],
-            detailed: vec![Vec3A::ZERO; count],
+            offsets: zeros(0),
+            laplacians: (laplacian_level..=finest_level).map(zeros).collect(),
+            areas: vec![0.0; subdivision.vertex_count(finest_level)],
+            residual: zeros(finest_level),
+            displacements: solver_levels.map(zeros).collect(),
+            detailed: zeros(finest_level),
             iterations: 0,
             subdivision,
             avatar,
@@ -99,10 +128,16 @@ impl Animator {
     }
 
     /// Poses the avatar. The result depends on pose and options alone, within the solver's tolerance.
-    /// Positions (finest level, metres) stay valid until the next call. `pose` has one rotation for each of the avatar's joints.
+    /// Positions (metres, vertices of [`Options::level`]) stay valid until the next call. `pose` has one rotation for each of the avatar's
+    /// joints.
     ///
-    /// Memory of the mesh's size is allocated in [`Animator::new`] and in the first call alone.
+    /// Memory of the mesh's size is allocated in [`Animator::new`] and in the first calls alone.
     pub fn animate(&mut self, pose: &Pose, options: &Options) -> &[Vec3A] {
+        self.animate_observed(pose, options, &mut |_| ())
+    }
+
+    /// [`Self::animate`], telling `observe` of each part when it is done.
+    pub fn animate_observed(&mut self, pose: &Pose, options: &Options, observe: &mut dyn FnMut(Part)) -> &[Vec3A] {
         let avatar = Arc::clone(&self.avatar);
         let offsets: &[Vec3A] = if options.stage == Stage::Body {
             &[]
@@ -110,52 +145,72 @@ impl Animator {
             avatar.deformation.evaluate(&self.domains[0], pose, &mut self.scratch, &mut self.offsets);
             &self.offsets
         };
-        self.surface.pose(&avatar.rig, offsets, pose, &self.subdivision, avatar.scheme);
+        observe(Part::Deformation);
+        let (coarsest, finest) = self.levels().into_inner();
+        let level = options.level.clamp(coarsest, finest);
+        self.surface.pose(&avatar.rig, offsets, pose, &self.subdivision, avatar.scheme, level);
+        observe(Part::Base);
         self.iterations = 0;
         if options.stage != Stage::Detailed || options.detail == 0.0 {
-            return self.surface.finest();
+            return self.surface.positions(level);
         }
-        self.evaluate_laplacian(pose);
-        self.evaluate_residual(options.detail);
-        if !options.warm_start {
-            self.displacement.fill(Vec3A::ZERO);
+        let solve_level = options.solve_level.clamp(coarsest, level);
+        self.evaluate_laplacian(pose, solve_level);
+        observe(Part::Laplacian);
+        self.evaluate_residual(options.detail, solve_level);
+        observe(Part::Residual);
+        let start = if options.warm_start { Start::Earlier } else { Start::Base };
+        let residual = &self.residual[..self.subdivision.vertex_count(solve_level)];
+        let solved = solve_level - self.solver.coarsest_level();
+        self.iterations =
+            self.solver.solve(solve_level, residual, &mut self.displacements[solved], start, options.stop);
+        for finer in solve_level..level {
+            let (coarse, fine) = self.displacements.split_at_mut(finer - self.solver.coarsest_level() + 1);
+            self.subdivision.refine(Scheme::Loop, finer, &coarse[coarse.len() - 1], &mut fine[0]);
         }
-        self.iterations = self.solver.solve(&self.residual, &mut self.displacement, options.stop);
-        for ((detailed, base), displacement) in
-            self.detailed.iter_mut().zip(self.surface.finest()).zip(&self.displacement)
-        {
+        let displacement = &self.displacements[level - self.solver.coarsest_level()];
+        let base = self.surface.positions(level);
+        for ((detailed, base), displacement) in self.detailed.iter_mut().zip(base).zip(displacement) {
             *detailed = *base + *displacement;
         }
-        &self.detailed
+        observe(Part::Solve);
+        &self.detailed[..base.len()]
     }
 
-    /// f_l, turned into the posed frame and carried to the finest level by Loop's stencils.
-    fn evaluate_laplacian(&mut self, pose: &Pose) {
+    /// Levels that can be asked for.
+    pub fn levels(&self) -> RangeInclusive<usize> {
+        self.solver.coarsest_level().max(self.avatar.laplacian.level())..=self.subdivision.level_count()
+    }
+
+    /// f_l, turned into the posed frame and carried to `level` by Loop's stencils.
+    fn evaluate_laplacian(&mut self, pose: &Pose, level: usize) {
         let function = &self.avatar.laplacian;
-        let level = function.level();
-        function.evaluate(&self.domains[level], pose, &mut self.scratch, &mut self.laplacians[0]);
-        for (delta, rotation) in self.laplacians[0].iter_mut().zip(self.surface.rotations(&self.subdivision, level)) {
+        let own_level = function.level();
+        function.evaluate(&self.domains[own_level], pose, &mut self.scratch, &mut self.laplacians[0]);
+        let rotations = self.surface.rotations(&self.subdivision, own_level);
+        for (delta, rotation) in self.laplacians[0].iter_mut().zip(rotations) {
             *delta = *rotation * *delta;
         }
-        for i in 0..self.laplacians.len() - 1 {
+        for i in 0..level - own_level {
             let (coarse, fine) = self.laplacians.split_at_mut(i + 1);
-            self.subdivision.refine(Scheme::Loop, level + i, &coarse[i], &mut fine[0]);
+            self.subdivision.refine(Scheme::Loop, own_level + i, &coarse[i], &mut fine[0]);
         }
     }
 
-    /// r: s δ in the relative form, s δ − L u in the absolute one, times `detail`.
-    fn evaluate_residual(&mut self, detail: f32) {
-        let base = self.surface.finest();
-        let finest_level = self.subdivision.level_count();
-        mixed_voronoi_areas(base, self.subdivision.triangles(finest_level), &mut self.areas);
-        row_scales(&self.finest_adjacency, &self.areas, &mut self.scales);
+    /// r on `level`: s δ in the relative form, s δ − L u in the absolute one, times `detail`.
+    fn evaluate_residual(&mut self, detail: f32, level: usize) {
+        let base = self.surface.positions(level);
+        mixed_voronoi_areas(base, self.subdivision.triangles(level), &mut self.areas[..base.len()]);
+        let residual = &mut self.residual[..base.len()];
         match self.avatar.form {
-            Form::Absolute => apply_topological(&self.finest_adjacency, base, &mut self.residual),
-            Form::Relative => self.residual.fill(Vec3A::ZERO),
+            Form::Absolute => self.solver.laplacian(level, base, residual),
+            Form::Relative => residual.fill(Vec3A::ZERO),
         }
-        let deltas = &self.laplacians[self.laplacians.len() - 1];
-        for ((residual, delta), scale) in self.residual.iter_mut().zip(deltas).zip(&self.scales) {
-            *residual = detail * (*scale * *delta - *residual);
+        let deltas = &self.laplacians[level - self.avatar.laplacian.level()];
+        let scales_per_area = &self.scales_per_area[level - self.solver.coarsest_level()];
+        let rows = residual.iter_mut().zip(deltas).zip(&self.areas).zip(scales_per_area);
+        for (((residual, delta), area), scale_per_area) in rows {
+            *residual = detail * (*area * *scale_per_area * *delta - *residual);
         }
     }
 

@@ -23,9 +23,18 @@ impl PosedSurface {
         }
     }
 
-    /// Poses level 0, v' = LBS_θ(v + `offsets`(v) + pose blend shapes) (paper Eq. pose_dependent_offsets_vert), and subdivides it.
+    /// Poses level 0, v' = LBS_θ(v + `offsets`(v) + pose blend shapes) (paper Eq. pose_dependent_offsets_vert), and subdivides it up to
+    /// `level`.
     /// `offsets` has one entry a vertex of level 0, metres, in the rest pose's frame; empty for none.
-    pub fn pose(&mut self, rig: &Rig, offsets: &[Vec3A], pose: &Pose, subdivision: &Subdivision, scheme: Scheme) {
+    pub fn pose(
+        &mut self,
+        rig: &Rig,
+        offsets: &[Vec3A],
+        pose: &Pose,
+        subdivision: &Subdivision,
+        scheme: Scheme,
+        level: usize,
+    ) {
         let posed = &mut self.positions[0];
         posed.copy_from_slice(&rig.rest);
         for (position, offset) in posed.iter_mut().zip(offsets) {
@@ -39,9 +48,9 @@ impl PosedSurface {
             *blended = rig.skin.blend(vertex, &posed_from_rest);
             *position = blended.transform_point3a(*position);
         }
-        for level in 0..subdivision.level_count() {
-            let (coarse, fine) = self.positions.split_at_mut(level + 1);
-            subdivision.refine(scheme, level, &coarse[level], &mut fine[0]);
+        for coarse_level in 0..level {
+            let (coarse, fine) = self.positions.split_at_mut(coarse_level + 1);
+            subdivision.refine(scheme, coarse_level, &coarse[coarse_level], &mut fine[0]);
         }
     }
 

@@ -1,6 +1,9 @@
 use super::*;
 use crate::fixture::{bent_pose, compact_avatar, plain_avatar};
+use crate::laplacian::row_scales;
+use crate::mesh::Adjacency;
 use crate::network::SurfaceFunction;
+use crate::solver::CoarseFactor;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use glam::{Quat, Vec3};
@@ -123,7 +126,10 @@ fn agrees_with_the_direct_solution() {
 /// u' of (LᵀL + w_a S) u' = Lᵀ s δ (+ Lᵀ L u in the relative form) + w_a S u in f64, from what the last call left of base and δ.
 fn solve_directly(animator: &Animator) -> Vec<Vec3A> {
     let base = animator.surface().finest();
-    let adjacency = &animator.finest_adjacency;
+    let adjacency = &Adjacency::new(base.len(), animator.triangles());
+    let (mut areas, mut scales) = (vec![0.0; base.len()], vec![0.0; base.len()]);
+    mixed_voronoi_areas(base, animator.triangles(), &mut areas);
+    row_scales(adjacency, &areas, &mut scales);
     let row = |k: usize| {
         let neighbours = adjacency.of(k);
         let weight = -1.0 / neighbours.len() as f64;
@@ -135,7 +141,7 @@ fn solve_directly(animator: &Animator) -> Vec<Vec3A> {
     let deltas = animator.laplacians.last().unwrap();
     for k in 0..base.len() {
         for axis in 0..3 {
-            let mut wanted = f64::from(animator.scales[k]) * f64::from(deltas[k][axis]);
+            let mut wanted = f64::from(scales[k]) * f64::from(deltas[k][axis]);
             if animator.avatar().form == Form::Relative {
                 wanted += row(k).map(|(j, weight)| weight * f64::from(base[j][axis])).sum::<f64>();
             }
@@ -157,6 +163,53 @@ fn solve_directly(animator: &Animator) -> Vec<Vec3A> {
     let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(base.len(), base.len(), &triplets).unwrap();
     let solution = matrix.sp_cholesky(faer::Side::Lower).unwrap().solve(&right);
     (0..base.len()).map(|k| Vec3A::from_array([0, 1, 2].map(|axis| solution[(k, axis)] as f32))).collect()
+}
+
+#[test]
+fn coarser_levels_are_near_and_their_vertices_come_first() {
+    for avatar in [compact_avatar(), plain_avatar()] {
+        let mut animator = animator(subdivided_once_more(avatar));
+        let (coarsest, finest) = animator.levels().into_inner();
+        assert!(coarsest < finest, "there is a choice of levels");
+        let mut animate = |level, solve_level| {
+            let options = Options { level, solve_level, ..Options::default() };
+            animator.animate(&bent_pose(), &options).to_vec()
+        };
+        let full = animate(finest, finest);
+        assert_eq!(animate(usize::MAX, usize::MAX), full, "the default is the finest");
+        let carried_up = animate(finest, coarsest);
+        let coarse = animate(coarsest, finest);
+        assert_eq!(animate(0, 0), coarse, "no coarser than the avatar allows");
+        let base = animator.surface.positions(finest).to_vec();
+        assert_eq!((full.len(), carried_up.len()), (base.len(), base.len()));
+        assert_eq!(coarse.len(), animator.subdivision().vertex_count(coarsest));
+        let detail = largest_distance(&full, &base);
+        let lost = largest_distance(&full, &carried_up);
+        assert!(lost > 1e-5 && lost < 0.4 * detail, "{lost} of {detail} m");
+        // Loop moves an old vertex a little when it refines.
+        let apart = largest_distance(&coarse, &full[..coarse.len()]);
+        assert!(apart < 0.02, "{apart} m");
+    }
+}
+
+fn subdivided_once_more(mut avatar: Avatar) -> Avatar {
+    avatar.level_count += 1;
+    let subdivision = Subdivision::new(avatar.rig.rest.len(), &avatar.triangles, avatar.level_count as usize);
+    avatar.factor = CoarseFactor::new(&subdivision, &avatar.anchors, avatar.anchor_weight);
+    avatar
+}
+
+#[test]
+fn each_part_is_reported_in_its_order() {
+    let mut animator = animator(compact_avatar());
+    let mut parts = |stage| {
+        let mut parts = Vec::new();
+        animator.animate_observed(&bent_pose(), &options(stage, 1.0), &mut |part| parts.push(part));
+        parts
+    };
+    let all = [Part::Deformation, Part::Base, Part::Laplacian, Part::Residual, Part::Solve];
+    assert_eq!(parts(Stage::Detailed), all);
+    assert_eq!(parts(Stage::Base), all[..2]);
 }
 
 #[test]

@@ -77,9 +77,9 @@ impl GpuOperator {
         [self.halfway(kernels, x), self.other_half(&kernels.residual, x, out, Some(b))]
     }
 
-    /// out = Lᵀ r.
+    /// out = c Lᵀ r.
     pub fn right_side(&self, kernels: &OperatorKernels, r: &Buffer, out: &Buffer) -> Dispatch {
-        let buffers = [(1, &self.rings.offsets), (2, &self.rings.neighbours), (3, r), (4, out)];
+        let buffers = [(0, &self.level), (1, &self.rings.offsets), (2, &self.rings.neighbours), (3, r), (4, out)];
         kernels.right_side.over(self.vertex_count, &buffers)
     }
 

@@ -69,7 +69,7 @@ fn residual(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-// out = Lᵀ x
+// out = c Lᵀ x
 @compute @workgroup_size(64)
 fn right_side(@builtin(global_invocation_id) id: vec3u) {
     let k = id.x;
@@ -82,7 +82,7 @@ fn right_side(@builtin(global_invocation_id) id: vec3u) {
         let j = neighbours[i];
         sum += own - x[j] / valence(j);
     }
-    out[k] = sum;
+    out[k] = level.scale * sum;
 }
 
 fn smoothed(k: u32) -> vec4f {

@@ -41,7 +41,7 @@ impl SparseMatrix {
 /// What [`Subdivision::refine`] applies, from `level` to the next.
 pub(super) fn stencils(subdivision: &Subdivision, scheme: Scheme, level: usize) -> SparseMatrix {
     if scheme == Scheme::Loop {
-        return subdivision.loop_stencils(level).clone();
+        return subdivision.loop_stencils(level).matrix();
     }
     let (coarse_count, edges) = (subdivision.vertex_count(level), subdivision.edges(level));
     let row_count = coarse_count + edges.len();

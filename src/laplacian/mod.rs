@@ -4,4 +4,7 @@ mod anchors;
 mod operator;
 
 pub use anchors::sample_elimination;
-pub use operator::{apply_topological, apply_topological_transposed, reciprocal_valences, row_scales};
+pub use operator::{
+    apply_topological, apply_topological_transposed, reciprocal_valence, reciprocal_valences, row_scales,
+    scale_per_area,
+};

@@ -16,9 +16,14 @@ pub fn apply_topological(adjacency: &Adjacency, u: &[Vec3A], out: &mut [Vec3A]) 
     }
 }
 
+/// 1/N of a vertex with N neighbours, 1 for one without.
+pub fn reciprocal_valence(valence: usize) -> f32 {
+    (valence.max(1) as f32).recip()
+}
+
 /// 1/N_k of each vertex, 1 for a vertex without neighbours.
 pub fn reciprocal_valences(adjacency: &Adjacency) -> Vec<f32> {
-    (0..adjacency.vertex_count()).map(|k| (adjacency.valence(k).max(1) as f32).recip()).collect()
+    (0..adjacency.vertex_count()).map(|k| reciprocal_valence(adjacency.valence(k))).collect()
 }
 
 /// out = Lᵀ x: x_k minus the sum over its neighbours j of x_j / N_j, with `reciprocal_valences` 1/N.
@@ -36,19 +41,23 @@ pub fn apply_topological_transposed(
     }
 }
 
-/// s_k = a_k tan α_k / N_k with α_k = π/2 − π/N_k, from the mixed Voronoi areas `areas` (m²). Unit m².
+/// s/a = tan α / N with α = π/2 − π/N, of a vertex with N neighbours.
 ///
 /// Below three neighbours the angle is not that of a surface, and the scale is zero.
-pub fn row_scales(adjacency: &Adjacency, areas: &[f32], scales: &mut [f32]) {
-    let factor = |valence: usize| match valence {
+pub fn scale_per_area(valence: usize) -> f32 {
+    match valence {
         0..3 => 0.0,
         // tan(π/2 − π/N) = cot(π/N)
         _ => 1.0 / ((PI / valence as f32).tan() * valence as f32),
-    };
-    let table: [f32; 16] = std::array::from_fn(factor);
+    }
+}
+
+/// s_k = a_k tan α_k / N_k from the mixed Voronoi areas `areas` (m²). Unit m².
+pub fn row_scales(adjacency: &Adjacency, areas: &[f32], scales: &mut [f32]) {
+    let table: [f32; 16] = std::array::from_fn(scale_per_area);
     for (k, (scale, area)) in scales.iter_mut().zip(areas).enumerate() {
         let valence = adjacency.valence(k);
-        *scale = area * table.get(valence).copied().unwrap_or_else(|| factor(valence));
+        *scale = area * table.get(valence).copied().unwrap_or_else(|| scale_per_area(valence));
     }
 }
 

@@ -1,55 +1,197 @@
-//! Loop's subdivision stencils (Loop 1987), as a matrix from the vertices of one level to those of the next.
+//! Loop's subdivision stencils (Loop 1987), from the vertices of one level to those of the next.
 
+use super::rings::Rings;
 use super::sparse::SparseMatrix;
-use super::{Adjacency, Triangle};
+use super::{Adjacency, Triangle, VertexValue};
+use glam::Vec3A;
 use std::f32::consts::TAU;
+use std::sync::Arc;
 
-/// The stencils of one refinement: rows are the old vertices, then one for each of `edges`.
+/// The stencils of one refinement. Fine vertices are the old ones, then one for each edge.
 ///
 /// Inner: an old vertex of valence n keeps 1 − n β and takes β = (5/8 − (3/8 + cos(2π/n)/4)²)/n of each neighbour; an edge vertex takes
 /// 3/8 of its ends and 1/8 of the two corners across. Boundary (an edge of one triangle, or of more than two): the cubic spline's
 /// 1/8, 3/4, 1/8 and 1/2, 1/2. A vertex where the boundary does not simply pass through, and one of no triangle, stays.
-pub(super) fn loop_stencils(
-    adjacency: &Adjacency,
-    edges: &[[u32; 2]],
-    triangles: &[Triangle],
-    edge_of: impl Fn(u32, u32) -> u32,
-) -> SparseMatrix {
-    let vertex_count = adjacency.vertex_count();
-    let across = corners_across(edges.len(), triangles, edge_of);
-    let mut boundary_neighbours = vec![Vec::new(); vertex_count];
-    for (&[a, b], across) in edges.iter().zip(&across) {
-        if across.count != 2 {
-            boundary_neighbours[a as usize].push(b);
-            boundary_neighbours[b as usize].push(a);
+#[derive(Clone, Debug)]
+pub(crate) struct LoopStencils {
+    /// Neighbours on the coarse level.
+    rings: Arc<Rings>,
+    /// β of each old vertex; 0 where the inner rule does not hold.
+    beta: Vec<f32>,
+    /// Old vertices on a boundary, and their neighbours there.
+    creases: Vec<[u32; 3]>,
+    /// The ends of each edge and the corners across; the ends once more on a boundary, which makes 1/2, 1/2.
+    edges: Vec<[u32; 4]>,
+}
+
+const OF_END: f32 = 0.375;
+const OF_CORNER: f32 = 0.125;
+const OF_CREASE: f32 = 0.125;
+
+impl LoopStencils {
+    pub fn new(
+        adjacency: &Adjacency,
+        edges: &[[u32; 2]],
+        triangles: &[Triangle],
+        edge_of: impl Fn(u32, u32) -> u32,
+    ) -> Self {
+        let across = corners_across(edges.len(), triangles, edge_of);
+        // At most two are needed, and more than two count as none.
+        let mut boundary: Vec<(u32, [u32; 2])> = vec![(0, [0; 2]); adjacency.vertex_count()];
+        let boundary_edges = edges.iter().zip(&across).filter(|(_, across)| across.count != 2);
+        for (&[a, b], _) in boundary_edges {
+            for (from, to) in [(a, b), (b, a)] {
+                let (count, neighbours) = &mut boundary[from as usize];
+                if let Some(slot) = neighbours.get_mut(*count as usize) {
+                    *slot = to;
+                }
+                *count += 1;
+            }
+        }
+        let beta = |(k, (boundary_count, _)): (usize, &(u32, [u32; 2]))| match adjacency.valence(k) {
+            valence @ 1.. if *boundary_count == 0 => beta(valence),
+            _ => 0.0,
+        };
+        let crease = |(k, &(count, [before, after])): (usize, &(u32, [u32; 2]))| {
+            (count == 2).then_some([k as u32, before, after])
+        };
+        let edge = |(&[a, b], across): (&[u32; 2], &Across)| {
+            let [c, d] = if across.count == 2 { across.corners } else { [a, b] };
+            [a, b, c, d]
+        };
+        Self {
+            rings: Arc::new(Rings::new(adjacency)),
+            beta: boundary.iter().enumerate().map(beta).collect(),
+            creases: boundary.iter().enumerate().filter_map(crease).collect(),
+            edges: edges.iter().zip(&across).map(edge).collect(),
         }
     }
 
-    let mut stencils =
-        SparseMatrix::with_capacity(vertex_count + edges.len(), 7 * vertex_count + 4 * edges.len(), vertex_count);
-    let mut row = Vec::new();
-    for (k, boundary) in boundary_neighbours.iter().enumerate() {
-        row.clear();
-        let neighbours = adjacency.of(k);
-        match boundary[..] {
-            [] if !neighbours.is_empty() => {
-                let beta = beta(neighbours.len());
-                row.push((k as u32, 1.0 - neighbours.len() as f32 * beta));
-                row.extend(neighbours.iter().map(|&j| (j, beta)));
-            }
-            [before, after] => row.extend([(before, 0.125), (k as u32, 0.75), (after, 0.125)]),
-            _ => row.push((k as u32, 1.0)),
-        }
-        stencils.push_row(&mut row);
+    /// Neighbours on the coarse level.
+    pub fn rings(&self) -> &Arc<Rings> {
+        &self.rings
     }
-    for (&[a, b], across) in edges.iter().zip(&across) {
-        match (across.count, across.corners) {
-            (2, [c, d]) if c != d => stencils.push_row(&mut [(a, 0.375), (b, 0.375), (c, 0.125), (d, 0.125)]),
-            (2, [c, _]) => stencils.push_row(&mut [(a, 0.375), (b, 0.375), (c, 0.25)]),
-            _ => stencils.push_row(&mut [(a, 0.5), (b, 0.5)]),
+
+    pub fn coarse_count(&self) -> usize {
+        self.beta.len()
+    }
+
+    pub fn fine_count(&self) -> usize {
+        self.beta.len() + self.edges.len()
+    }
+
+    /// fine = P coarse.
+    pub fn apply<T: VertexValue>(&self, coarse: &[T], fine: &mut [T]) {
+        self.put(coarse, fine, |_, value| value);
+    }
+
+    /// fine += P coarse.
+    pub fn add_product(&self, coarse: &[Vec3A], fine: &mut [Vec3A]) {
+        self.put(coarse, fine, |before, value| before + value);
+    }
+
+    /// Writes `combine(what was there, P coarse)` to `fine`.
+    #[inline(always)]
+    fn put<T: VertexValue>(&self, coarse: &[T], fine: &mut [T], combine: impl Fn(T, T) -> T) {
+        assert_eq!((coarse.len(), fine.len()), (self.coarse_count(), self.fine_count()));
+        let (old, new) = fine.split_at_mut(coarse.len());
+        let rows = old.iter_mut().zip(self.rings.differences(coarse)).zip(coarse).zip(&self.beta);
+        for (((old, difference), &own), &beta) in rows {
+            *old = combine(*old, own - difference * beta);
+        }
+        for (k, j) in self.rings.surplus() {
+            old[k] = old[k] - (coarse[k] - coarse[j]) * self.beta[k];
+        }
+        for &[k, before, after] in &self.creases {
+            let [own, before, after] = [k, before, after].map(|v| coarse[v as usize]);
+            old[k as usize] = old[k as usize] + (before + after - own * 2.0) * OF_CREASE;
+        }
+        for (new, edge) in new.iter_mut().zip(&self.edges) {
+            let [a, b, c, d] = edge.map(|v| coarse[v as usize]);
+            *new = combine(*new, (a + b) * OF_END + (c + d) * OF_CORNER);
         }
     }
-    stencils
+
+    /// coarse = Pᵀ fine.
+    pub fn apply_transposed(&self, fine: &[Vec3A], coarse: &mut [Vec3A]) {
+        assert_eq!((coarse.len(), fine.len()), (self.coarse_count(), self.fine_count()));
+        let (old, new) = fine.split_at(coarse.len());
+        let weighted = |k: usize| old[k] * self.beta[k];
+        for (k, coarse) in coarse.iter_mut().enumerate() {
+            *coarse = old[k] + self.rings.row(k).iter().map(|&j| weighted(j as usize)).sum::<Vec3A>()
+                - weighted(k) * self.rings.row(k).len() as f32;
+        }
+        for (k, j) in self.rings.surplus() {
+            coarse[k] += weighted(j) - weighted(k);
+        }
+        for &[k, before, after] in &self.creases {
+            let share = old[k as usize] * OF_CREASE;
+            coarse[k as usize] -= share * 2.0;
+            coarse[before as usize] += share;
+            coarse[after as usize] += share;
+        }
+        for (&value, &[a, b, c, d]) in new.iter().zip(&self.edges) {
+            let (of_end, of_corner) = (value * OF_END, value * OF_CORNER);
+            coarse[a as usize] += of_end;
+            coarse[b as usize] += of_end;
+            coarse[c as usize] += of_corner;
+            coarse[d as usize] += of_corner;
+        }
+    }
+
+    /// Row `fine` of P: coarse vertices and their weights; a vertex may come more than once.
+    fn row(&self, fine: usize) -> Vec<(u32, f32)> {
+        let k = fine as u32;
+        if let Some(edge) = fine.checked_sub(self.coarse_count()) {
+            let [a, b, c, d] = self.edges[edge];
+            return vec![(a, OF_END), (b, OF_END), (c, OF_CORNER), (d, OF_CORNER)];
+        }
+        if let Ok(at) = self.creases.binary_search_by_key(&k, |crease| crease[0]) {
+            let [_, before, after] = self.creases[at];
+            return vec![(k, 1.0 - 2.0 * OF_CREASE), (before, OF_CREASE), (after, OF_CREASE)];
+        }
+        let mut row = vec![(k, 1.0)];
+        if self.beta[fine] > 0.0 {
+            row.extend(self.rings.of(fine).map(|j| (j, self.beta[fine])));
+            row[0].1 -= (row.len() - 1) as f32 * self.beta[fine];
+        }
+        row
+    }
+
+    /// P as a matrix, fine × coarse.
+    pub fn matrix(&self) -> SparseMatrix {
+        let entry_count = 7 * self.coarse_count() + 4 * self.edges.len();
+        let mut matrix = SparseMatrix::with_capacity(self.fine_count(), entry_count, self.coarse_count());
+        for fine in 0..self.fine_count() {
+            matrix.push_row(&mut merged(self.row(fine)));
+        }
+        matrix
+    }
+
+    /// B P for a matrix B of few rows over the fine vertices.
+    pub fn times_from_left(&self, few: &SparseMatrix) -> SparseMatrix {
+        let mut product = SparseMatrix::with_capacity(few.row_count(), 8 * few.row_count(), self.coarse_count());
+        for i in 0..few.row_count() {
+            let scaled = |(fine, value): (u32, f32)| {
+                self.row(fine as usize).into_iter().map(move |(coarse, weight)| (coarse, weight * value))
+            };
+            product.push_row(&mut merged(few.row(i).flat_map(scaled).collect()));
+        }
+        product
+    }
+}
+
+/// The entries with each column once, ascending.
+fn merged(mut entries: Vec<(u32, f32)>) -> Vec<(u32, f32)> {
+    entries.sort_unstable_by_key(|&(column, _)| column);
+    entries.dedup_by(|from, into| {
+        let is_same = from.0 == into.0;
+        if is_same {
+            into.1 += from.1;
+        }
+        is_same
+    });
+    entries
 }
 
 /// Loop's weight of one neighbour of an inner vertex.
@@ -80,4 +222,47 @@ fn corners_across(edge_count: usize, triangles: &[Triangle], edge_of: impl Fn(u3
         }
     }
     across
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::Subdivision;
+    use crate::mesh::test_meshes::{cube, grid, noise_vectors, torus};
+    use glam::Vec3A;
+
+    fn largest(a: &[Vec3A], b: &[Vec3A]) -> f32 {
+        a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn stencils_and_their_matrix_say_the_same() {
+        let fan: Vec<[u32; 3]> = (1..=9).map(|k| [0, k, k % 9 + 1]).collect();
+        let cases = [(8, cube().triangles), (20, grid(4, 3).triangles), (48, torus(8, 6).triangles), (11, fan)];
+        for (count, triangles) in cases {
+            let subdivision = Subdivision::new(count, &triangles, 1);
+            let stencils = subdivision.loop_stencils(0);
+            let matrix = stencils.matrix();
+            let (x, y) = (noise_vectors(count, 1), noise_vectors(stencils.fine_count(), 90));
+            let (mut by_stencils, mut by_matrix) = (y.clone(), y.clone());
+            stencils.apply(&x, &mut by_stencils);
+            matrix.apply(&x, &mut by_matrix);
+            assert!(largest(&by_stencils, &by_matrix) < 1e-5);
+
+            let mut added = y.clone();
+            stencils.add_product(&x, &mut added);
+            let sum: Vec<Vec3A> = y.iter().zip(&by_matrix).map(|(a, b)| *a + *b).collect();
+            assert!(largest(&added, &sum) < 1e-5);
+
+            let (mut by_stencils, mut by_matrix) = (x.clone(), x.clone());
+            stencils.apply_transposed(&y, &mut by_stencils);
+            matrix.transposed().apply(&y, &mut by_matrix);
+            assert!(largest(&by_stencils, &by_matrix) < 1e-5);
+            assert!(largest(&by_matrix, &x) > 0.1, "there is something to compare");
+
+            let few = matrix.transposed().times(&matrix);
+            let product = stencils.times_from_left(&matrix.transposed());
+            assert_eq!((&product.offsets, &product.columns), (&few.offsets, &few.columns));
+            assert!(product.values.iter().zip(&few.values).all(|(a, b)| (a - b).abs() < 1e-5));
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! Triangle meshes: topology, normals, vertex areas, subdivision.
 
 mod area;
-mod loop_stencils;
+pub(crate) mod loop_stencils;
 mod normals;
+pub(crate) mod rings;
 pub(crate) mod sparse;
 mod subdivision;
 #[cfg(test)]
@@ -15,6 +16,12 @@ pub use subdivision::{Scheme, Subdivision};
 pub use topology::Adjacency;
 
 use glam::Vec3A;
+use std::ops::{Add, Mul, Sub};
+
+/// What a vertex may carry from level to level: anything that can be averaged.
+pub trait VertexValue: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f32, Output = Self> {}
+
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>> VertexValue for T {}
 
 /// A triangle: three vertex indices, counter-clockwise seen from outside.
 pub type Triangle = [u32; 3];

@@ -1,9 +1,9 @@
 //! Sparse matrices in compressed rows.
 
+#[cfg(test)]
 use glam::Vec3A;
-use std::ops::{Add, Mul};
 
-/// A sparse matrix; columns ascend within a row. Every row of a matrix that is applied has an entry.
+/// A sparse matrix; columns ascend within a row.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SparseMatrix {
     /// `offsets[i]..offsets[i + 1]` is row i of `columns` and `values`.
@@ -44,27 +44,11 @@ impl SparseMatrix {
     }
 
     /// out = M x.
-    pub fn apply<T>(&self, x: &[T], out: &mut [T])
-    where
-        T: Copy + Add<Output = T> + Mul<f32, Output = T>,
-    {
-        assert_eq!((x.len(), out.len()), (self.column_count, self.row_count()));
-        for (out, range) in out.iter_mut().zip(self.offsets.windows(2)) {
-            let range = range[0] as usize..range[1] as usize;
-            let (columns, values) = (&self.columns[range.clone()], &self.values[range]);
-            let mut sum = x[columns[0] as usize] * values[0];
-            for (&column, &value) in columns.iter().zip(values).skip(1) {
-                sum = sum + x[column as usize] * value;
-            }
-            *out = sum;
-        }
-    }
-
-    /// out += M x.
-    pub fn add_product(&self, x: &[Vec3A], out: &mut [Vec3A]) {
+    #[cfg(test)]
+    pub fn apply(&self, x: &[Vec3A], out: &mut [Vec3A]) {
         assert_eq!((x.len(), out.len()), (self.column_count, self.row_count()));
         for (i, out) in out.iter_mut().enumerate() {
-            *out += self.row(i).map(|(column, value)| x[column as usize] * value).sum::<Vec3A>();
+            *out = self.row(i).map(|(column, value)| x[column as usize] * value).sum();
         }
     }
 
@@ -133,12 +117,12 @@ mod tests {
 
     #[test]
     fn apply_and_transpose() {
-        let (matrix, mut out) = (example(), [0.0; 2]);
-        matrix.apply(&[1.0, 10.0, 100.0], &mut out);
-        assert_eq!(out, [201.0, 30.0]);
-        let mut out = [0.0; 3];
-        matrix.transposed().apply(&[1.0, 10.0], &mut out);
-        assert_eq!(out, [1.0, 30.0, 2.0]);
+        let (matrix, mut out) = (example(), [Vec3A::ZERO; 2]);
+        matrix.apply(&[1.0, 10.0, 100.0].map(Vec3A::splat), &mut out);
+        assert_eq!(out, [201.0, 30.0].map(Vec3A::splat));
+        let mut out = [Vec3A::ZERO; 3];
+        matrix.transposed().apply(&[1.0, 10.0].map(Vec3A::splat), &mut out);
+        assert_eq!(out, [1.0, 30.0, 2.0].map(Vec3A::splat));
     }
 
     #[test]

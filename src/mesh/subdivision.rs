@@ -4,11 +4,10 @@
 //! ascending order of the edge's (smaller, larger) vertex pair. Triangle t = [a, b, c] of level l becomes, at 4t .. 4t + 4 of level
 //! l + 1 and in the same orientation, its corners [a, ab, ca], [b, bc, ab], [c, ca, bc] and its middle [ab, bc, ca].
 
-use super::loop_stencils::loop_stencils;
-use super::sparse::SparseMatrix;
-use super::{Adjacency, Triangle};
+use super::loop_stencils::LoopStencils;
+use super::{Adjacency, Triangle, VertexValue};
 use glam::Vec3A;
-use std::ops::{Add, Mul};
+use std::sync::Arc;
 
 /// Where new vertices go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -37,9 +36,7 @@ struct Refinement {
     edges: Vec<[u32; 2]>,
     /// Triangles of the fine level.
     triangles: Vec<Triangle>,
-    /// Loop's stencils, fine × coarse, and their transpose.
-    stencils: SparseMatrix,
-    stencils_transposed: SparseMatrix,
+    stencils: Arc<LoopStencils>,
 }
 
 impl Subdivision {
@@ -62,7 +59,7 @@ impl Subdivision {
     pub fn vertex_count(&self, level: usize) -> usize {
         match level {
             0 => self.vertex_count,
-            _ => self.refinements[level - 1].stencils.row_count(),
+            _ => self.refinements[level - 1].stencils.fine_count(),
         }
     }
 
@@ -80,10 +77,7 @@ impl Subdivision {
     }
 
     /// Values on the vertices of `level` carried to `level + 1`; `fine` has `vertex_count(level + 1)` entries.
-    pub fn refine<T>(&self, scheme: Scheme, level: usize, coarse: &[T], fine: &mut [T])
-    where
-        T: Copy + Add<Output = T> + Mul<f32, Output = T>,
-    {
+    pub fn refine<T: VertexValue>(&self, scheme: Scheme, level: usize, coarse: &[T], fine: &mut [T]) {
         let Refinement { edges, stencils, .. } = &self.refinements[level];
         match scheme {
             Scheme::Loop => stencils.apply(coarse, fine),
@@ -99,9 +93,9 @@ impl Subdivision {
 
     /// Transpose of [`Self::refine`]: `coarse = Pᵀ fine`.
     pub fn restrict(&self, scheme: Scheme, level: usize, fine: &[Vec3A], coarse: &mut [Vec3A]) {
-        let Refinement { edges, stencils_transposed, .. } = &self.refinements[level];
+        let Refinement { edges, stencils, .. } = &self.refinements[level];
         match scheme {
-            Scheme::Loop => stencils_transposed.apply(fine, coarse),
+            Scheme::Loop => stencils.apply_transposed(fine, coarse),
             Scheme::Midpoint => {
                 let (old, new) = fine.split_at(coarse.len());
                 coarse.copy_from_slice(old);
@@ -113,14 +107,9 @@ impl Subdivision {
         }
     }
 
-    /// Loop's stencils from `level` to `level + 1`: fine × coarse.
-    pub(crate) fn loop_stencils(&self, level: usize) -> &SparseMatrix {
+    /// Loop's stencils from `level` to `level + 1`.
+    pub(crate) fn loop_stencils(&self, level: usize) -> &Arc<LoopStencils> {
         &self.refinements[level].stencils
-    }
-
-    /// Their transpose.
-    pub(crate) fn loop_stencils_transposed(&self, level: usize) -> &SparseMatrix {
-        &self.refinements[level].stencils_transposed
     }
 }
 
@@ -151,9 +140,8 @@ impl Refinement {
             let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
             triangles.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
         }
-        let stencils = loop_stencils(&adjacency, &edges, coarse_triangles, edge_of);
-        let stencils_transposed = stencils.transposed();
-        Self { edges, triangles, stencils, stencils_transposed }
+        let stencils = Arc::new(LoopStencils::new(&adjacency, &edges, coarse_triangles, edge_of));
+        Self { edges, triangles, stencils }
     }
 }
 

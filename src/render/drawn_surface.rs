@@ -4,7 +4,7 @@
 //! one and corner by corner, which gives the body vertex of every drawn vertex of the finest level.
 
 use crate::avatar::{Appearance, AvatarError};
-use crate::mesh::{Scheme, Subdivision, Triangle};
+use crate::mesh::{Scheme, Subdivision, Triangle, VertexValue};
 use glam::{Vec2, Vec3};
 
 /// What never changes about a drawn vertex.
@@ -89,10 +89,7 @@ fn colours(appearance: &Appearance) -> Vec<Vec3> {
     colours
 }
 
-fn refined<T>(subdivision: &Subdivision, level: usize, coarse: &[T]) -> Vec<T>
-where
-    T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
-{
+fn refined<T: VertexValue + Default>(subdivision: &Subdivision, level: usize, coarse: &[T]) -> Vec<T> {
     let mut fine = vec![T::default(); subdivision.vertex_count(level + 1)];
     subdivision.refine(Scheme::Midpoint, level, coarse, &mut fine);
     fine

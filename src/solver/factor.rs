@@ -1,9 +1,11 @@
 //! The coarse level's LDLᵀ factor: made once for an avatar, stored in its file in half precision.
 
 #[cfg(feature = "factor")]
-use super::{galerkin, triangular};
+use super::factor_pattern::FactorPattern;
 #[cfg(feature = "factor")]
-use crate::mesh::{Subdivision, sparse::SparseMatrix};
+use super::galerkin;
+#[cfg(feature = "factor")]
+use crate::mesh::{Adjacency, Subdivision, sparse::SparseMatrix};
 use half::f16;
 
 /// P A₀ Pᵀ = L D Lᵀ of the Galerkin operator on level 0.
@@ -15,7 +17,7 @@ pub struct CoarseFactor {
     pub permutation: Vec<u32>,
     /// D, one entry a column.
     pub diagonal: Vec<f32>,
-    /// Entries of L below the diagonal, column by column, rows ascending; the pattern follows from topology and permutation.
+    /// Entries of L below the diagonal, column by column, rows ascending; the pattern follows from topology and permutation alone.
     pub values: Vec<f16>,
 }
 
@@ -57,8 +59,9 @@ impl CoarseFactor {
     #[cfg(feature = "factor")]
     pub fn new(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> Self {
         let matrix = &galerkin::coarsest_operator(subdivision, anchors, anchor_weight);
-        let (permutation, step_of) = minimum_degree_order(matrix);
-        let pattern = triangular::FactorPattern::new(matrix, &permutation, &step_of);
+        let coupling = galerkin::coupling(subdivision);
+        let (permutation, step_of) = minimum_degree_order(&coupling);
+        let pattern = FactorPattern::new(&coupling, &permutation, &step_of);
         let (values, diagonal) = numeric_factor(matrix, &permutation, &step_of, &pattern);
         Self {
             permutation,
@@ -70,16 +73,17 @@ impl CoarseFactor {
 
 /// The fill-reducing order (approximate minimum degree) and its inverse.
 #[cfg(feature = "factor")]
-fn minimum_degree_order(matrix: &SparseMatrix) -> (Vec<u32>, Vec<u32>) {
+fn minimum_degree_order(coupling: &Adjacency) -> (Vec<u32>, Vec<u32>) {
     use faer::dyn_stack::{MemBuffer, MemStack};
     use faer::sparse::SymbolicSparseColMatRef;
     use faer::sparse::linalg::amd;
 
-    let count = matrix.row_count();
+    let count = coupling.vertex_count();
     let (mut order, mut inverse) = (vec![0u32; count], vec![0u32; count]);
     if count > 0 {
-        let symbolic = SymbolicSparseColMatRef::new_checked(count, count, &matrix.offsets, None, &matrix.columns);
-        let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<u32>(count, matrix.columns.len()));
+        let symbolic =
+            SymbolicSparseColMatRef::new_checked(count, count, &coupling.offsets, None, &coupling.neighbours);
+        let mut memory = MemBuffer::new(amd::order_maybe_unsorted_scratch::<u32>(count, coupling.neighbours.len()));
         amd::order_maybe_unsorted(&mut order, &mut inverse, symbolic, Default::default(), MemStack::new(&mut memory))
             .expect("u32 holds the size of every mesh that u32 indices can name");
     }
@@ -92,7 +96,7 @@ fn numeric_factor(
     matrix: &SparseMatrix,
     permutation: &[u32],
     step_of: &[u32],
-    pattern: &triangular::FactorPattern,
+    pattern: &FactorPattern,
 ) -> (Vec<f64>, Vec<f64>) {
     let count = permutation.len();
     let mut values = vec![0.0f64; pattern.rows.len()];

@@ -1,9 +1,10 @@
 //! The factor's pattern, values, size and checks.
 
-use super::triangular::{DirectSolver, FactorPattern, inverse_permutation};
+use super::direct::DirectSolver;
+use super::factor_pattern::{FactorPattern, inverse_permutation};
 use super::*;
 use crate::mesh::sparse::SparseMatrix;
-use crate::mesh::test_meshes::{icosphere, noise_vectors};
+use crate::mesh::test_meshes::{grid, icosphere, noise_vectors};
 use half::f16;
 
 const ANCHORS: [u32; 4] = [1, 50, 90, 140];
@@ -42,9 +43,8 @@ fn factor_is_the_dense_factor_of_the_permuted_matrix_rounded() {
             l[i][j] = (dense[at(i)][at(j)] - (0..j).map(|k| l[i][k] * l[j][k] * d[k]).sum::<f64>()) / d[j];
         }
     }
-    let matrix = coarsest_matrix(&subdivision);
     let step_of = inverse_permutation(&factor.permutation).unwrap();
-    let pattern = FactorPattern::new(&matrix, &factor.permutation, &step_of);
+    let pattern = FactorPattern::new(&galerkin::coupling(&subdivision), &factor.permutation, &step_of);
     for j in 0..42 {
         assert!((f64::from(factor.diagonal[j]) / d[j] - 1.0).abs() < 1e-5);
         let rows = &pattern.rows[pattern.column(j)];
@@ -68,7 +68,7 @@ fn direct_solve_inverts_up_to_half_precision() {
     let x = noise_vectors(42, 4);
     let (mut b, mut solved) = (x.clone(), x.clone());
     matrix.apply(&x, &mut b);
-    DirectSolver::new(&matrix, &factor).unwrap().solve(&b, &mut solved);
+    DirectSolver::new(&galerkin::coupling(&subdivision), &factor).unwrap().solve(&b, &mut solved);
     assert!(x.iter().zip(&solved).all(|(x, solved)| (*x - *solved).length() < 0.02));
 }
 
@@ -107,4 +107,19 @@ fn a_factor_that_does_not_fit_is_refused_with_field_expected_and_found() {
     assert_eq!(refused(&|f| f.diagonal[3] = -1.0), "solver factor: diagonal[3] is -1, expected positive and finite");
     assert_eq!(refused(&|f| f.values[5] = f16::NAN), "solver factor: values[5] is NaN, expected finite");
     assert!(Solver::new(&subdivision, &ANCHORS, 1.0, factor.clone()).is_ok());
+}
+
+#[test]
+fn the_galerkin_operator_couples_three_rings_and_nothing_else() {
+    for (mesh, level_count) in
+        [(icosphere(3), 0), (icosphere(3), 1), (icosphere(2), 2), (icosphere(2), 3), (grid(9, 8), 2)]
+    {
+        let subdivision = Subdivision::new(mesh.positions.len(), &mesh.triangles, level_count);
+        let matrix = galerkin::coarsest_operator(&subdivision, &[0, 7], 1.0);
+        let coupling = galerkin::coupling(&subdivision);
+        for k in 0..matrix.row_count() {
+            let others = matrix.row(k).map(|(column, _)| column).filter(|&column| column as usize != k);
+            assert!(others.eq(coupling.of(k).iter().copied()), "{level_count} levels, vertex {k}");
+        }
+    }
 }

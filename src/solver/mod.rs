@@ -3,24 +3,29 @@
 //! d is the displacement from the subdivided base mesh, r the wanted Laplacian less the base's own, in metres a row. Anchors hold
 //! d at zero softly. The matrix depends on topology alone; the coarse level is factored once for each avatar.
 
+mod direct;
 mod factor;
+mod factor_pattern;
 mod galerkin;
+mod history;
 mod multigrid;
 mod normal_operator;
 #[cfg(feature = "gpu")]
 mod parts;
-mod triangular;
 
 pub use factor::{CoarseFactor, FactorError};
 #[cfg(feature = "gpu")]
 pub(crate) use parts::{FactorParts, LevelParts, OperatorParts};
 
+use crate::mesh::rings::Rings;
 use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
+use direct::DirectSolver;
 use glam::Vec3A;
-use multigrid::{Level, Multigrid};
+use history::History;
+use multigrid::Multigrid;
 use normal_operator::NormalOperator;
-use triangular::DirectSolver;
+use std::sync::Arc;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +36,23 @@ pub enum Stop {
     Tolerance(f32),
 }
 
-/// Everything that solving needs and that no frame changes.
+/// Where to begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// From the base mesh.
+    Base,
+    /// From what earlier solves on the same level make likely, the base mesh if there were none since the last [`Start::Base`].
+    Earlier,
+}
+
+/// Everything that solving needs and that no frame changes, and its working space.
 #[derive(Clone, Debug)]
 pub struct Solver {
-    operator: NormalOperator,
+    /// Of the levels on which one can solve, finest first.
+    operators: Vec<NormalOperator>,
     preconditioner: Multigrid,
+    history: History,
+    right_side: Vec<Vec3A>,
     residual: Vec<Vec3A>,
     direction: Vec<Vec3A>,
     product: Vec<Vec3A>,
@@ -46,7 +63,7 @@ pub struct Solver {
 const COARSENING: f32 = 0.25;
 
 /// How much of the error one iteration is trusted to leave at best.
-const BEST_CONTRACTION: f32 = 0.25;
+const BEST_CONTRACTION: f32 = 0.2;
 
 /// Iterations after which a solve to a tolerance gives up and returns what it has.
 const ITERATION_LIMIT: u32 = 60;
@@ -64,47 +81,70 @@ impl Solver {
     ) -> Result<Self, FactorError> {
         let finest = subdivision.level_count();
         let vertex_count = subdivision.vertex_count(finest);
-        let coarsest = DirectSolver::new(&galerkin::coarsest_operator(subdivision, anchors, anchor_weight), &factor)?;
+        let coarsest = DirectSolver::new(&galerkin::coupling(subdivision), &factor)?;
         let mut anchor_rows = SparseMatrix::with_capacity(anchors.len(), anchors.len(), vertex_count);
         for &anchor in anchors {
             anchor_rows.push_row(&mut [(anchor, anchor_weight.sqrt())]);
         }
-        let operator_of = |level: usize, scale: f32, anchor_rows: &SparseMatrix| {
-            let adjacency = Adjacency::new(subdivision.vertex_count(level), subdivision.triangles(level));
-            NormalOperator::new(&adjacency, scale, anchor_rows.clone())
-        };
-        let operator = operator_of(finest, 1.0, &anchor_rows);
-        let mut levels: Vec<Level> = Vec::with_capacity(finest);
-        for level in (1..=finest).rev() {
-            let level_operator = match levels.last() {
-                None => operator.clone(),
-                Some(finer) => {
-                    anchor_rows = anchor_rows.times(subdivision.loop_stencils(level));
-                    operator_of(level, COARSENING * finer.operator.scale, &anchor_rows)
-                }
-            };
-            let (prolongation, restriction) =
-                (subdivision.loop_stencils(level - 1), subdivision.loop_stencils_transposed(level - 1));
-            levels.push(Level::new(level_operator, level == finest, prolongation.clone(), restriction.clone()));
+        let finest_rings = Rings::new(&Adjacency::new(vertex_count, subdivision.triangles(finest)));
+        let mut operators = vec![NormalOperator::new(Arc::new(finest_rings), 1.0, anchor_rows.clone())];
+        let mut stencils = Vec::new();
+        for level in (0..finest).rev() {
+            let below = subdivision.loop_stencils(level);
+            if level > 0 {
+                anchor_rows = below.times_from_left(&anchor_rows);
+                let scale = COARSENING.powi((finest - level) as i32);
+                operators.push(NormalOperator::new(below.rings().clone(), scale, anchor_rows.clone()));
+            }
+            stencils.push(below.clone());
         }
         let zeros = vec![Vec3A::ZERO; vertex_count];
         Ok(Self {
-            operator,
-            preconditioner: Multigrid::new(levels, coarsest, subdivision.vertex_count(0)),
+            preconditioner: Multigrid::new(&mut operators, &stencils, coarsest, subdivision.vertex_count(0)),
+            operators,
+            history: History::default(),
+            right_side: zeros.clone(),
             residual: zeros.clone(),
             direction: zeros.clone(),
             product: zeros,
         })
     }
 
-    /// Solves for `d` (finest level) from the rows' residual `r`; `d` comes in as the first guess. Returns the iterations done.
-    pub fn solve(&mut self, r: &[Vec3A], d: &mut [Vec3A], stop: Stop) -> u32 {
-        let Self { operator, preconditioner, residual, direction, product } = self;
-        operator.right_side(r, residual);
-        if d.iter().any(|d| *d != Vec3A::ZERO) {
-            operator.product(d, product);
-            residual.iter_mut().zip(&*product).for_each(|(residual, product)| *residual -= *product);
+    /// The coarsest level that [`Self::solve`] takes; the finest is the subdivision's.
+    pub fn coarsest_level(&self) -> usize {
+        self.finest_level() + 1 - self.operators.len()
+    }
+
+    /// Neighbours of each vertex of `level`.
+    pub fn valences(&self, level: usize) -> Vec<usize> {
+        self.operators[self.finest_level() - level].valences()
+    }
+
+    /// out = L u on `level`: u_k minus the mean of its neighbours.
+    pub fn laplacian(&self, level: usize, u: &[Vec3A], out: &mut [Vec3A]) {
+        self.operators[self.finest_level() - level].laplacian(u, out);
+    }
+
+    fn finest_level(&self) -> usize {
+        self.preconditioner.level_count()
+    }
+
+    /// Solves for `d` from the rows' residual `r`, both on the vertices of `level`. Returns the iterations done.
+    ///
+    /// On a coarser level the same energy is measured on the coarser mesh: L there, and the anchors through Loop's stencils.
+    pub fn solve(&mut self, level: usize, r: &[Vec3A], d: &mut [Vec3A], start: Start, stop: Stop) -> u32 {
+        let index = self.finest_level() - level;
+        let Self { operators, preconditioner, history, right_side, residual, direction, product } = self;
+        let operators = &mut operators[index..];
+        let count = operators[0].vertex_count();
+        let [right_side, residual, direction, product] =
+            [right_side, residual, direction, product].map(|v| &mut v[..count]);
+        operators[0].right_side(r, right_side);
+        residual.copy_from_slice(right_side);
+        if start == Start::Base {
+            history.clear();
         }
+        history.guess(d, residual);
         let limit = match stop {
             Stop::Iterations(count) => count,
             Stop::Tolerance(_) => ITERATION_LIMIT,
@@ -112,8 +152,11 @@ impl Solver {
         let mut energy = Vec3A::ZERO;
         let mut last_largest = f32::INFINITY;
         let mut last_length = 1.0f32;
-        for iteration in 0..limit {
-            let preconditioned = preconditioner.apply(residual);
+        let mut iteration = 0;
+        let mut is_enough = limit == 0;
+        while !is_enough {
+            iteration += 1;
+            let preconditioned = preconditioner.apply(operators, residual);
             let mut next_energy = Vec3A::ZERO;
             let mut largest = 0.0f32;
             for (residual, z) in residual.iter().zip(preconditioned) {
@@ -121,38 +164,30 @@ impl Solver {
                 largest = largest.max(z.length_squared());
             }
             let largest = largest.sqrt();
-            let is_enough = match stop {
-                Stop::Iterations(_) => iteration + 1 == limit,
+            is_enough = iteration == limit;
+            if let Stop::Tolerance(tolerance) = stop {
                 // The preconditioned residual times the last step's length is nearly the error, and this iteration still lowers it,
                 // about as the last one did.
-                Stop::Tolerance(tolerance) => {
-                    last_length * largest * (largest / last_largest).clamp(BEST_CONTRACTION, 1.0) <= tolerance
-                }
-            };
+                let contraction = (largest / last_largest).clamp(BEST_CONTRACTION, 1.0);
+                is_enough |= last_length * largest * contraction <= tolerance;
+            }
             last_largest = largest;
             let ratio = divide(next_energy, energy);
             energy = next_energy;
-            if iteration == 0 {
-                direction.copy_from_slice(preconditioned);
-            } else {
-                for (direction, z) in direction.iter_mut().zip(preconditioned) {
-                    *direction = *z + *direction * ratio;
-                }
+            for (direction, z) in direction.iter_mut().zip(preconditioned) {
+                *direction = if iteration == 1 { *z } else { *z + *direction * ratio };
             }
-            operator.product(direction, product);
+            operators[0].product(direction, product);
             let length = divide(energy, dot(direction, product));
             last_length = length.max_element().max(1.0);
-            if is_enough {
-                d.iter_mut().zip(&*direction).for_each(|(d, direction)| *d += *direction * length);
-                return iteration + 1;
-            }
             let rows = d.iter_mut().zip(&*direction).zip(residual.iter_mut().zip(&*product));
             for ((d, direction), (residual, product)) in rows {
                 *d += *direction * length;
                 *residual -= *product * length;
             }
         }
-        limit
+        history.remember(d, right_side, residual);
+        iteration
     }
 }
 
@@ -171,7 +206,7 @@ fn divide(a: Vec3A, b: Vec3A) -> Vec3A {
 #[cfg(all(test, feature = "gpu"))]
 impl Solver {
     pub(crate) fn operator(&self, level_below_finest: usize) -> NormalOperator {
-        self.preconditioner.levels[level_below_finest].operator.clone()
+        self.operators[level_below_finest].clone()
     }
 
     pub(crate) fn solve_coarsest(&mut self, b: &[Vec3A], x: &mut [Vec3A]) {
@@ -179,7 +214,7 @@ impl Solver {
     }
 
     pub(crate) fn precondition(&mut self, r: &[Vec3A]) -> &[Vec3A] {
-        self.preconditioner.apply(r)
+        self.preconditioner.apply(&mut self.operators, r)
     }
 }
 

@@ -2,27 +2,27 @@
 //!
 //! Loop's stencils prolong whatever scheme the avatar is refined with: a fourth-order operator needs the smoother interpolation.
 
+use super::direct::DirectSolver;
 use super::normal_operator::NormalOperator;
-use super::triangular::DirectSolver;
-use crate::mesh::sparse::SparseMatrix;
+use crate::mesh::loop_stencils::LoopStencils;
 use glam::Vec3A;
+use std::sync::Arc;
 
 /// A level above the coarsest.
 #[derive(Clone, Debug)]
 pub(super) struct Level {
-    pub operator: NormalOperator,
     /// a of the smoother Q = a (α N + β K) a: N^-½, and less at anchors.
     pub scaling: Vec<f32>,
     /// α and β.
     pub weights: [f32; 2],
-    /// From the next coarser level, and back.
-    prolongation: SparseMatrix,
-    restriction: SparseMatrix,
+    /// From the next coarser level, and transposed back.
+    stencils: Arc<LoopStencils>,
     /// Smoothing steps before and after the coarser level.
     pub steps: usize,
-    side: Vec<Vec3A>,
     residual: Vec<Vec3A>,
     correction: Vec<Vec3A>,
+    /// What the coarser level is to solve.
+    coarse_side: Vec<Vec3A>,
 }
 
 /// q of the smoother, constant term first. A step multiplies the part of an error where L / 1.5 has the eigenvalue μ by 1 − μ² q(μ).
@@ -41,13 +41,7 @@ const COARSE_STEPS: usize = 2;
 const STABLE: f32 = 1.8;
 
 impl Level {
-    pub fn new(
-        mut operator: NormalOperator,
-        is_finest: bool,
-        prolongation: SparseMatrix,
-        restriction: SparseMatrix,
-    ) -> Self {
-        let zeros = vec![Vec3A::ZERO; prolongation.row_count()];
+    fn new(operator: &mut NormalOperator, is_finest: bool, stencils: Arc<LoopStencils>) -> Self {
         let (diagonal, of_anchors) = operator.diagonal_and_anchor_bound();
         let scaling: Vec<f32> = (diagonal.iter().zip(&of_anchors))
             .zip(&operator.reciprocal_valences)
@@ -56,40 +50,36 @@ impl Level {
         let [constant, linear] = SMOOTHING_POLYNOMIAL;
         let square = operator.scale * LARGEST_EIGENVALUE * LARGEST_EIGENVALUE;
         let weights = [constant / square, linear / (LARGEST_EIGENVALUE * square)];
-        let largest = largest_eigenvalue(&mut operator, &scaling, weights);
-        let weights = weights.map(|weight| weight * (STABLE / largest).min(1.0));
+        let largest = largest_eigenvalue(operator, &scaling, weights);
+        let zeros = vec![Vec3A::ZERO; operator.vertex_count()];
         Self {
-            operator,
+            weights: weights.map(|weight| weight * (STABLE / largest).min(1.0)),
             scaling,
-            weights,
-            prolongation,
-            restriction,
             steps: if is_finest { 1 } else { COARSE_STEPS },
-            side: zeros.clone(),
             residual: zeros.clone(),
             correction: zeros,
+            coarse_side: vec![Vec3A::ZERO; stencils.coarse_count()],
+            stencils,
         }
     }
 
-    /// Smooths A correction = side from zero and leaves the residual.
-    fn smooth_first(&mut self) {
-        let Self { operator, scaling, weights, side, residual, correction, steps, .. } = self;
-        correction.fill(Vec3A::ZERO);
-        operator.add_smoothed(scaling, *weights, side, correction);
+    /// Smooths A correction = `side` from zero and hands what is left down.
+    fn smooth_first(&mut self, operator: &mut NormalOperator, side: &[Vec3A]) {
+        let Self { scaling, weights, residual, correction, .. } = self;
+        operator.smoothed(scaling, *weights, side, correction);
         operator.residual(correction, side, residual);
-        for _ in 1..*steps {
+        for _ in 1..self.steps {
             operator.add_smoothed(scaling, *weights, residual, correction);
             operator.residual(correction, side, residual);
         }
+        self.stencils.apply_transposed(residual, &mut self.coarse_side);
     }
 
     /// Adds the coarser level's correction and smooths.
-    fn smooth_last(&mut self, coarse: &[Vec3A]) {
-        let Self { operator, scaling, weights, prolongation, side, residual, correction, steps, .. } = self;
-        prolongation.add_product(coarse, correction);
-        operator.residual(correction, side, residual);
-        operator.add_smoothed(scaling, *weights, residual, correction);
-        for _ in 1..*steps {
+    fn smooth_last(&mut self, operator: &mut NormalOperator, side: &[Vec3A], coarse: &[Vec3A]) {
+        let Self { scaling, weights, residual, correction, .. } = self;
+        self.stencils.add_product(coarse, correction);
+        for _ in 0..self.steps {
             operator.residual(correction, side, residual);
             operator.add_smoothed(scaling, *weights, residual, correction);
         }
@@ -101,43 +91,55 @@ impl Level {
 pub(super) struct Multigrid {
     pub levels: Vec<Level>,
     pub coarsest: DirectSolver,
-    coarsest_side: Vec<Vec3A>,
     coarsest_solution: Vec<Vec3A>,
 }
 
 impl Multigrid {
-    pub fn new(levels: Vec<Level>, coarsest: DirectSolver, coarsest_count: usize) -> Self {
-        let zeros = vec![Vec3A::ZERO; coarsest_count];
-        Self { levels, coarsest, coarsest_side: zeros.clone(), coarsest_solution: zeros }
+    /// One level for each operator and its stencils from the next coarser level, finest first.
+    pub fn new(
+        operators: &mut [NormalOperator],
+        stencils: &[Arc<LoopStencils>],
+        coarsest: DirectSolver,
+        coarsest_count: usize,
+    ) -> Self {
+        let level = |(index, (operator, stencils)): (usize, (&mut NormalOperator, &Arc<LoopStencils>))| {
+            Level::new(operator, index == 0, stencils.clone())
+        };
+        Self {
+            levels: operators.iter_mut().zip(stencils).enumerate().map(level).collect(),
+            coarsest,
+            coarsest_solution: vec![Vec3A::ZERO; coarsest_count],
+        }
     }
 
-    /// z = M⁻¹ r, M symmetric and positive definite.
-    pub fn apply(&mut self, r: &[Vec3A]) -> &[Vec3A] {
-        if self.levels.is_empty() {
-            self.coarsest.solve(r, &mut self.coarsest_solution);
-            return &self.coarsest_solution;
-        }
-        self.levels[0].side.copy_from_slice(r);
-        self.descend(0);
-        &self.levels[0].correction
+    /// Levels above the coarsest.
+    pub fn level_count(&self) -> usize {
+        self.levels.len()
     }
 
-    fn descend(&mut self, index: usize) {
-        let (level, coarser) = self.levels[index..].split_first_mut().expect("index of a level");
-        level.smooth_first();
-        match coarser.first_mut() {
-            Some(next) => {
-                level.restriction.apply(&level.residual, &mut next.side);
-                self.descend(index + 1);
-            }
-            None => {
-                level.restriction.apply(&level.residual, &mut self.coarsest_side);
-                self.coarsest.solve(&self.coarsest_side, &mut self.coarsest_solution);
-            }
-        }
-        let (level, coarser) = self.levels[index..].split_first_mut().expect("index of a level");
-        level.smooth_last(coarser.first().map_or(&self.coarsest_solution, |next| &next.correction));
+    /// z = M⁻¹ r on the first level of `operators`, M symmetric and positive definite. `operators` are those of the last levels, as many
+    /// as levels are to be passed.
+    pub fn apply(&mut self, operators: &mut [NormalOperator], r: &[Vec3A]) -> &[Vec3A] {
+        let Self { levels, coarsest, coarsest_solution } = self;
+        let first = levels.len().saturating_sub(operators.len());
+        descend(&mut levels[first..], operators, coarsest, r, coarsest_solution);
+        levels[first..].first().map_or(coarsest_solution, |level| &level.correction)
     }
+}
+
+fn descend(
+    levels: &mut [Level],
+    operators: &mut [NormalOperator],
+    coarsest: &mut DirectSolver,
+    side: &[Vec3A],
+    coarsest_solution: &mut [Vec3A],
+) {
+    let ([level, coarser @ ..], [operator, coarser_operators @ ..]) = (levels, operators) else {
+        return coarsest.solve(side, coarsest_solution);
+    };
+    level.smooth_first(operator, side);
+    descend(coarser, coarser_operators, coarsest, &level.coarse_side, coarsest_solution);
+    level.smooth_last(operator, side, coarser.first().map_or(coarsest_solution, |next| &next.correction));
 }
 
 /// An upper bound of the largest eigenvalue of QA: power iteration on three fixed vectors, and a margin.
@@ -151,8 +153,7 @@ fn largest_eigenvalue(operator: &mut NormalOperator, scaling: &[f32], weights: [
     let mut estimate = Vec3A::ONE;
     for _ in 0..STEPS {
         operator.product(&x, &mut product);
-        smoothed.fill(Vec3A::ZERO);
-        operator.add_smoothed(scaling, weights, &product, &mut smoothed);
+        operator.smoothed(scaling, weights, &product, &mut smoothed);
         let length =
             |x: &[Vec3A]| x.iter().map(|x| *x * *x).sum::<Vec3A>().powf(0.5).max(Vec3A::splat(f32::MIN_POSITIVE));
         estimate = length(&smoothed) / length(&x);

@@ -1,7 +1,8 @@
 //! What the solver is made of, for another implementation of the same solve (`gpu`).
 
-use super::triangular::FactorPattern;
-use super::{NormalOperator, Solver};
+use super::Solver;
+use super::factor_pattern::FactorPattern;
+use super::normal_operator::NormalOperator;
 use crate::mesh::sparse::SparseMatrix;
 
 /// A = c LᵀL + BᵀB on a level; L is that of its triangles.
@@ -30,20 +31,21 @@ pub(crate) struct FactorParts<'a> {
     /// D⁻¹
     pub reciprocal_diagonal: &'a [f32],
     /// L below its diagonal.
-    pub pattern: &'a FactorPattern,
-    pub values: &'a [f32],
+    pub pattern: FactorPattern,
+    /// In the pattern's order.
+    pub values: Vec<f32>,
 }
 
 impl Solver {
     /// The operator of the finest level.
     pub(crate) fn operator_parts(&self) -> OperatorParts<'_> {
-        parts(&self.operator)
+        parts(&self.operators[0])
     }
 
     /// Levels above the coarsest, finest first.
     pub(crate) fn level_parts(&self) -> impl Iterator<Item = LevelParts<'_>> {
-        self.preconditioner.levels.iter().map(|level| LevelParts {
-            operator: parts(&level.operator),
+        self.preconditioner.levels.iter().zip(&self.operators).map(|(level, operator)| LevelParts {
+            operator: parts(operator),
             scaling: &level.scaling,
             weights: level.weights,
             steps: level.steps,
@@ -53,11 +55,12 @@ impl Solver {
     /// The coarsest level's factor.
     pub(crate) fn factor_parts(&self) -> FactorParts<'_> {
         let solver = &self.preconditioner.coarsest;
+        let (pattern, values) = solver.columns();
         FactorParts {
             permutation: &solver.permutation,
             reciprocal_diagonal: &solver.reciprocal_diagonal,
-            pattern: &solver.pattern,
-            values: &solver.values,
+            pattern,
+            values,
         }
     }
 }

@@ -67,7 +67,14 @@ pub fn base_surface(context: &TrainContext, deformation: &SurfaceFunction, sampl
     let mut offsets = vec![Vec3A::ZERO; context.rig.rest.len()];
     deformation.evaluate(&context.domains[0], pose, &mut Scratch::default(), &mut offsets);
     let mut surface = PosedSurface::new(&context.subdivision);
-    surface.pose(&context.rig, &offsets, pose, &context.subdivision, context.options.scheme);
+    surface.pose(
+        &context.rig,
+        &offsets,
+        pose,
+        &context.subdivision,
+        context.options.scheme,
+        context.subdivision.level_count(),
+    );
     surface
 }
 

@@ -121,7 +121,14 @@ fn skinning_with_offsets_and_pose_blend_shapes() {
         let frame = frame_of(gpu, &avatar, &bent_pose(), &Options { stage, ..Options::default() });
         let positions = gpu.empty(count);
         let dispatch = skinning::pose(&gpu.device, &avatar.rig, &frame, &gpu.vectors(&offsets), &positions);
-        posed.pose(&avatar.rig, cpu_offsets, &bent_pose(), animator.subdivision(), avatar.scheme);
+        posed.pose(
+            &avatar.rig,
+            cpu_offsets,
+            &bent_pose(),
+            animator.subdivision(),
+            avatar.scheme,
+            animator.subdivision().level_count(),
+        );
         assert_close(&gpu.run([&dispatch], &positions), posed.positions(0), ROUNDING, "skinning");
     }
 }
@@ -133,7 +140,7 @@ fn rotation() {
     let (avatar, subdivision) = (animator.avatar(), animator.subdivision());
     let frame = frame_of(gpu, avatar, &bent_pose(), &Options::default());
     let mut posed = PosedSurface::new(subdivision);
-    posed.pose(&avatar.rig, &[], &bent_pose(), subdivision, avatar.scheme);
+    posed.pose(&avatar.rig, &[], &bent_pose(), subdivision, avatar.scheme, subdivision.level_count());
     for level in 0..=2 {
         let vectors = noise_vectors(subdivision.vertex_count(level), 9);
         let buffer = gpu.vectors(&vectors);

@@ -10,7 +10,7 @@ use crate::animate::Animator;
 use crate::fixture::compact_avatar;
 use crate::mesh::Subdivision;
 use crate::mesh::test_meshes::{grid, icosphere, noise_vectors};
-use crate::solver::{CoarseFactor, Solver, Stop};
+use crate::solver::{CoarseFactor, Solver, Start, Stop};
 use glam::Vec3A;
 use std::sync::Arc;
 
@@ -141,20 +141,21 @@ fn solve(
 fn conjugate_gradients() {
     let gpu = gpu();
     for (subdivision, mut solver) in cases() {
-        let r = noise_vectors(subdivision.vertex_count(subdivision.level_count()), 7);
+        let finest = subdivision.level_count();
+        let r = noise_vectors(subdivision.vertex_count(finest), 7);
         let zero = vec![Vec3A::ZERO; r.len()];
         let mut exact = zero.clone();
-        solver.solve(&r, &mut exact, Stop::Iterations(40));
+        solver.solve(finest, &r, &mut exact, Start::Base, Stop::Iterations(40));
         let mut errors = vec![];
         for count in [1, 2, 8] {
             let found = solve(gpu, &subdivision, &solver, &r, &zero, count);
             let mut expected = zero.clone();
-            solver.solve(&r, &mut expected, Stop::Iterations(count));
+            solver.solve(finest, &r, &mut expected, Start::Base, Stop::Iterations(count));
             errors.push([&found, &expected].map(|x| largest_distance(x, &exact) / size(&exact)));
         }
         // Half precision at the bottom bends the way there a little, and costs no iteration.
         for [found, expected] in &errors {
-            assert!(*found < 1.5 * expected + 2e-5, "{errors:?}");
+            assert!(*found < 1.5 * expected + 3e-5, "{errors:?}");
         }
         assert!(errors[0][0] > 2.0 * errors[2][0], "the test would notice: {errors:?}");
         let nearly: Vec<Vec3A> = exact.iter().map(|d| 0.98 * *d).collect();

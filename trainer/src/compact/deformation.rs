@@ -54,7 +54,14 @@ fn fit_offsets(
 ) -> anyhow::Result<Vec<Vec3A>> {
     let scan = PreparedScan::new(context, sample)?;
     let mut surface = PosedSurface::new(&context.subdivision);
-    surface.pose(&context.rig, offsets, context.pose(sample), &context.subdivision, context.options.scheme);
+    surface.pose(
+        &context.rig,
+        offsets,
+        context.pose(sample),
+        &context.subdivision,
+        context.options.scheme,
+        context.subdivision.level_count(),
+    );
     let posed = surface.positions(0).to_vec();
     let fitted = fit_surface(
         &context.subdivision,

@@ -98,7 +98,14 @@ fn read_frame(context: &TrainContext, features: Features, sample: Sample) -> any
     let pose = context.pose(sample);
     let points = context.scan(sample)?.points;
     let mut surface = PosedSurface::new(&context.subdivision);
-    surface.pose(&context.rig, &[], pose, &context.subdivision, context.options.scheme);
+    surface.pose(
+        &context.rig,
+        &[],
+        pose,
+        &context.subdivision,
+        context.options.scheme,
+        context.subdivision.level_count(),
+    );
     Ok(TrainingFrame {
         // μ is 1 where the distance to the camera is not known.
         scan: Scan::new(points.clone(), vec![1.0; points.len()]),

@@ -63,7 +63,7 @@ pub fn write_sequence(directory: &Path) -> Body {
     fs::create_dir_all(directory.join("ground_truth")).unwrap();
     let mut surface = PosedSurface::new(&subdivision);
     for (index, pose) in poses().iter().enumerate() {
-        surface.pose(&rig, &clothes, pose, &subdivision, Scheme::Loop);
+        surface.pose(&rig, &clothes, pose, &subdivision, Scheme::Loop, subdivision.level_count());
         let (positions, triangles) = (surface.finest(), subdivision.triangles(2));
         let mut normals = vec![Vec3A::ZERO; positions.len()];
         vertex_normals(positions, triangles, &mut normals);

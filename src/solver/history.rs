@@ -1,0 +1,84 @@
+//! A first guess from the solutions of the frames before.
+//!
+//! Wrinkles change smoothly from frame to frame, so the new solution nearly lies in the span of the last ones. The guess is the element of
+//! that span with the least error in the norm of A (Fischer 1998, *Projection techniques for iterative solution of Ax = b with successive
+//! right-hand sides*). It needs no product with A: what a solve ends with gives A d = b − residual.
+
+use glam::Vec3A;
+
+/// The last solutions and what A makes of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct History {
+    latest: Option<Solution>,
+    before: Option<Solution>,
+}
+
+#[derive(Clone, Debug)]
+struct Solution {
+    d: Vec<Vec3A>,
+    product: Vec<Vec3A>,
+}
+
+/// The change between two solutions counts where it has at least this part of its energy outside the latest one's direction.
+const LEAST_INDEPENDENCE: f32 = 1e-4;
+
+impl History {
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Sets `d` to the guess for the right side in `residual`, and `residual` to what is left of it.
+    pub fn guess(&self, d: &mut [Vec3A], residual: &mut [Vec3A]) {
+        let of_same_level = |solution: &&Solution| solution.d.len() == d.len();
+        match (self.latest.as_ref().filter(of_same_level), self.before.as_ref().filter(of_same_level)) {
+            (None, _) => d.fill(Vec3A::ZERO),
+            (Some(latest), None) => {
+                let mut energy = Vec3A::ZERO;
+                let mut wanted = Vec3A::ZERO;
+                for ((u, au), b) in latest.d.iter().zip(&latest.product).zip(&*residual) {
+                    energy += *u * *au;
+                    wanted += *u * *b;
+                }
+                let factor = super::divide(wanted, energy);
+                for (((d, residual), u), au) in d.iter_mut().zip(residual).zip(&latest.d).zip(&latest.product) {
+                    *d = *u * factor;
+                    *residual -= *au * factor;
+                }
+            }
+            (Some(latest), Some(before)) => {
+                // In the basis u (the latest) and v (the last change): two equations for each coordinate.
+                let [mut uau, mut uav, mut vav, mut ub, mut vb] = [Vec3A::ZERO; 5];
+                let rows = latest.d.iter().zip(&latest.product).zip(before.d.iter().zip(&before.product));
+                for (((u, au), (d, ad)), b) in rows.clone().zip(&*residual) {
+                    let (v, av) = (*u - *d, *au - *ad);
+                    uau += *u * *au;
+                    uav += *u * av;
+                    vav += v * av;
+                    ub += *u * *b;
+                    vb += v * *b;
+                }
+                let share = super::divide(uav, uau);
+                let independent = vav - uav * share;
+                let is_independent = independent.cmpgt(vav * LEAST_INDEPENDENCE);
+                let of_change = super::divide(vb - ub * share, Vec3A::select(is_independent, independent, Vec3A::ZERO));
+                let of_latest = super::divide(ub - uav * of_change, uau) + of_change;
+                for ((((u, au), (e, ae)), d), residual) in rows.zip(d).zip(residual) {
+                    *d = *u * of_latest - *e * of_change;
+                    *residual -= *au * of_latest - *ae * of_change;
+                }
+            }
+        }
+    }
+
+    /// Remembers the solution `d` of the right side `b`, of which `residual` was left.
+    pub fn remember(&mut self, d: &[Vec3A], b: &[Vec3A], residual: &[Vec3A]) {
+        let zeros = || vec![Vec3A::ZERO; d.len()];
+        let reusable = self.before.take().filter(|solution| solution.d.len() == d.len());
+        let mut oldest = reusable.unwrap_or_else(|| Solution { d: zeros(), product: zeros() });
+        oldest.d.copy_from_slice(d);
+        for ((product, b), residual) in oldest.product.iter_mut().zip(b).zip(residual) {
+            *product = *b - *residual;
+        }
+        self.before = self.latest.replace(oldest);
+    }
+}

@@ -5,6 +5,7 @@ use super::error::GpuError;
 use super::frame::{Frame, is_detailed};
 use super::inverse_factor::InverseFactor;
 use super::kernel::{Dispatch, WORKGROUP, WORKGROUP_LIMIT, uniform_of, vectors};
+use super::outline::Outline;
 use super::sparse::{GpuMatrix, SparseKernels, stencils};
 use super::timestamps::Timestamps;
 use super::topology::GpuCorners;
@@ -15,6 +16,7 @@ use crate::body::Pose;
 use crate::mesh::Scheme;
 use crate::network::SurfaceFunction;
 use crate::solver::Stop;
+use glam::Vec3A;
 use std::sync::Arc;
 use wgpu::{AdapterInfo, Buffer, CommandEncoder, ComputePassDescriptor, Device, DeviceType, Features, Queue};
 
@@ -22,8 +24,8 @@ use wgpu::{AdapterInfo, Buffer, CommandEncoder, ComputePassDescriptor, Device, D
 pub(super) const STAGES: [&str; 6] = ["deformation", "base", "laplacian", "residual", "solve", "surface"];
 
 /// Iterations that reach 0.02 mm from nothing, and from the last frame's displacement at ordinary speeds.
-const COLD_ITERATIONS: u32 = 6;
-const WARM_ITERATIONS: u32 = 4;
+const COLD_ITERATIONS: u32 = 5;
+const WARM_ITERATIONS: u32 = 3;
 
 /// A joint that turns by more than this from frame to frame, radians, makes the last frame a worse guess than none.
 const POSE_JUMP: f32 = 0.35;
@@ -42,6 +44,7 @@ pub struct GpuAnimator {
     displacement: Buffer,
     /// Pose and detail that `displacement` belongs to.
     solved: Option<(Pose, f32)>,
+    outline: Outline,
     operations: u64,
 }
 
@@ -124,6 +127,7 @@ impl GpuAnimator {
         let surface = surface::surface(device, &frame, [&finest_base, &displacement, vertices], &corners, vertex_count);
         Ok(Self {
             operations: [&avatar.deformation, &avatar.laplacian].map(|f| operations(f, animator)).iter().sum(),
+            outline: Outline::new(&avatar.rig),
             avatar,
             queue: queue.clone(),
             frame,
@@ -171,6 +175,11 @@ impl GpuAnimator {
         if let Some(timestamps) = timestamps {
             timestamps.finish(encoder);
         }
+    }
+
+    /// Points whose box holds the figure in `pose`, for shadows and cameras: its vertices stay on the GPU.
+    pub fn outline(&self, pose: &Pose) -> Vec<Vec3A> {
+        self.outline.points(&self.avatar.rig, pose)
     }
 
     /// What a frame that starts from nothing costs.

@@ -14,6 +14,7 @@ mod inverse_factor;
 mod kernel;
 mod multigrid;
 mod normal_operator;
+mod outline;
 mod perceptron;
 mod residual;
 mod rotation;

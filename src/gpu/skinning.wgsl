@@ -31,7 +31,7 @@ fn skin(@builtin(global_invocation_id) id: vec3u) {
     }
     var posed = vec3f();
     for (var i = 0u; i < 4u; i++) {
-        let joint = vertex.joints >> (8u * i) & 255u;
+        let joint = (vertex.joints >> (8u * i)) & 255u;
         posed += vertex.weights[i] * (vec4f(place, 1.0) * frame.joints[joint].posed_from_rest);
     }
     positions[k] = vec4f(posed, 0.0);

@@ -2,6 +2,7 @@
 
 use crate::animate::Stage;
 use crate::avatar::Avatar;
+use crate::gpu::{GpuAnimator, GpuError};
 use crate::motion::Motion;
 use crate::player::Player;
 use crate::render::screen::{Screen, ScreenError};
@@ -33,6 +34,8 @@ pub struct Viewer {
     theme: Theme,
     renderer: Renderer,
     screen: Screen,
+    /// Poses the avatar where the GPU does it.
+    gpu: Option<GpuAnimator>,
     last_milliseconds: Option<f64>,
     redraw: bool,
     pose_milliseconds: Option<f64>,
@@ -41,21 +44,29 @@ pub struct Viewer {
 #[wasm_bindgen]
 impl Viewer {
     /// Reads the avatar in `bytes` (`name` is for messages) and prepares to draw it on `canvas`, an OffscreenCanvas or a canvas element.
-    pub async fn create(canvas: JsValue, bytes: Vec<u8>, name: String) -> Result<Viewer, Error> {
+    /// `backend` is `webgpu` or `webgpu+cpu`; without it, whichever suits the adapter.
+    pub async fn create(
+        canvas: JsValue,
+        bytes: Vec<u8>,
+        name: String,
+        backend: Option<String>,
+    ) -> Result<Viewer, Error> {
         let avatar = Avatar::read(&bytes, &name).map_err(|error| named("avatar", &error))?;
         let player = Player::new(Arc::new(avatar)).map_err(|error| named("avatar", &error))?;
         let surface = DrawnSurface::new(&player.avatar().appearance, player.triangles(), &name)
             .map_err(|error| named("avatar", &error))?;
-        let screen = Screen::new(canvas).await.map_err(|error| screen_error(&error))?;
+        let screen = Screen::new(canvas, GpuAnimator::features()).await.map_err(|error| screen_error(&error))?;
         let vertex_count = player.vertex_count();
         let (device, queue) = (screen.device().clone(), screen.queue().clone());
         let renderer = Renderer::new(device, queue, screen.format(), &surface, vertex_count);
+        let gpu = gpu_animator(&screen, &player, &renderer, backend.as_deref());
         Ok(Self {
             player,
             camera: OrbitCamera::default(),
             theme: Theme::LIGHT,
             renderer,
             screen,
+            gpu,
             last_milliseconds: None,
             redraw: true,
             pose_milliseconds: None,
@@ -107,11 +118,26 @@ impl Viewer {
         let passed = self.last_milliseconds.map_or(0.0, |last| 1e-3 * (now - last).max(0.0));
         self.last_milliseconds = Some(now);
         let started = milliseconds();
-        let posed = self.player.advance(passed);
-        if posed {
-            self.renderer.set_vertices(self.player.positions(), self.player.normals());
-            self.redraw = true;
-        }
+        let posed = match &mut self.gpu {
+            None => {
+                let posed = self.player.advance(passed);
+                if posed {
+                    self.renderer.set_vertices(self.player.positions(), self.player.normals());
+                }
+                posed
+            }
+            Some(gpu) => match self.player.step(passed) {
+                None => false,
+                Some((pose, options)) => {
+                    let mut encoder = self.screen.device().create_command_encoder(&Default::default());
+                    gpu.animate(&mut encoder, pose, options, None);
+                    self.screen.queue().submit([encoder.finish()]);
+                    self.renderer.set_outline(&gpu.outline(pose));
+                    true
+                }
+            },
+        };
+        self.redraw |= posed;
         let pose_milliseconds = posed.then(|| milliseconds() - started);
         self.camera.follow(self.player.root());
         let moving = !self.camera.settled();
@@ -252,7 +278,7 @@ impl Viewer {
     /// What computes and what draws.
     #[wasm_bindgen(getter)]
     pub fn backend(&self) -> String {
-        "webgpu+cpu".into()
+        if self.gpu.is_some() { "webgpu" } else { "webgpu+cpu" }.into()
     }
 
     /// Vertices of the finest level.
@@ -266,6 +292,18 @@ impl Viewer {
     pub fn pose_milliseconds(&self) -> Option<f64> {
         self.pose_milliseconds
     }
+}
+
+/// What poses the avatar on the GPU, if that is wanted and possible; says on the console why not.
+fn gpu_animator(screen: &Screen, player: &Player, renderer: &Renderer, backend: Option<&str>) -> Option<GpuAnimator> {
+    let is_suitable = match backend {
+        None => GpuAnimator::check_adapter(screen.adapter_info()),
+        Some("webgpu") => Ok(()),
+        Some(_) => return None,
+    };
+    let make = |()| GpuAnimator::new(screen.device(), screen.queue(), player.animator(), renderer.vertices());
+    let warn = |error: &GpuError| web_sys::console::info_1(&format!("crease computes on the CPU: {error}").into());
+    is_suitable.and_then(make).inspect_err(warn).ok()
 }
 
 fn named(code: &str, error: &dyn std::fmt::Display) -> Error {

@@ -85,19 +85,27 @@ impl Player {
         Vec3::from(self.avatar.rig.rest_joints[0]) + translation
     }
 
-    /// Moves the clock by `seconds` of real time and poses the avatar if pose or options changed. Returns whether they did.
-    pub fn advance(&mut self, seconds: f64) -> bool {
+    /// Moves the clock by `seconds` of real time and returns what is to be shown if that changed, for whoever poses the avatar elsewhere.
+    pub fn step(&mut self, seconds: f64) -> Option<&(Pose, Options)> {
         self.clock.advance(seconds);
         let wanted = (self.pose(), self.options);
         if self.shown.as_ref() == Some(&wanted) {
+            return None;
+        }
+        Some(self.shown.insert(wanted))
+    }
+
+    /// Moves the clock by `seconds` of real time and poses the avatar if pose or options changed. Returns whether they did.
+    pub fn advance(&mut self, seconds: f64) -> bool {
+        if self.step(seconds).is_none() {
             return false;
         }
-        let positions = self.animator.animate(&wanted.0, &wanted.1);
+        let Some((pose, options)) = &self.shown else { return false };
+        let positions = self.animator.animate(pose, options);
         self.positions.clear();
         self.positions.extend_from_slice(positions);
         self.normals.resize(self.positions.len(), Vec3A::ZERO);
         vertex_normals(&self.positions, self.animator.triangles(), &mut self.normals);
-        self.shown = Some(wanted);
         true
     }
 
@@ -120,6 +128,11 @@ impl Player {
     /// Triangles of the finest level.
     pub fn triangles(&self) -> &[Triangle] {
         self.animator.triangles()
+    }
+
+    /// What poses the avatar on the CPU.
+    pub fn animator(&self) -> &Animator {
+        &self.animator
     }
 
     /// The avatar.

@@ -116,6 +116,11 @@ impl Figure {
         self.group = group(device, layout, &self.vertices, albedo);
     }
 
+    /// Where this frame's vertices lie.
+    pub fn vertices(&self) -> &Buffer {
+        &self.vertices
+    }
+
     /// Uploads this frame's positions (metres) and unit normals, one each for every vertex of the body's finest level.
     pub fn update(&mut self, queue: &Queue, positions: &[Vec3A], normals: &[Vec3A]) {
         self.staging.clear();

@@ -82,6 +82,17 @@ impl Renderer {
         self.figure.update(&self.queue, positions, normals);
     }
 
+    /// The buffer that the figure is drawn from: 16 bytes a vertex, position and octahedral normal. Whoever fills it on the GPU tells
+    /// where the figure is with [`Self::set_outline`].
+    pub fn vertices(&self) -> &Buffer {
+        self.figure.vertices()
+    }
+
+    /// Points whose box holds the figure.
+    pub fn set_outline(&mut self, points: &[Vec3A]) {
+        self.bounds = Bounds::of(points);
+    }
+
     /// Draws a picture of `size` = (width, height) pixels, neither zero, into `target`.
     pub fn draw(&mut self, target: &TextureView, size: [u32; 2], camera: &OrbitCamera, theme: &Theme) {
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {

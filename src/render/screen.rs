@@ -47,14 +47,16 @@ pub struct Screen {
     fault: Fault,
     /// Pictures handed to the GPU and not finished.
     unfinished: Arc<AtomicU32>,
+    adapter_info: AdapterInfo,
 }
 
 /// More unfinished pictures than this only make the picture late.
 const MOST_UNFINISHED: u32 = 2;
 
 impl Screen {
-    /// Asks for a device that can draw on `canvas`. Nothing beyond WebGPU's default limits is wanted.
-    pub async fn new(canvas: JsValue) -> Result<Self, ScreenError> {
+    /// Asks for a device that can draw on `canvas`, with those of `features` that the adapter has. Nothing beyond WebGPU's default limits
+    /// is wanted.
+    pub async fn new(canvas: JsValue, features: Features) -> Result<Self, ScreenError> {
         let instance = util::new_instance_with_webgpu_detection(InstanceDescriptor {
             backends: Backends::BROWSER_WEBGPU,
             ..InstanceDescriptor::new_without_display_handle()
@@ -71,17 +73,34 @@ impl Screen {
             .await
             .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
         let (device, queue) = adapter
-            .request_device(&DeviceDescriptor::default())
+            .request_device(&DeviceDescriptor {
+                required_features: adapter.features() & features,
+                ..Default::default()
+            })
             .await
             .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
         let fault = watch(&device);
         let configuration = configuration(&surface, &adapter)?;
-        Ok(Self { surface, device, queue, configuration, configured: false, fault, unfinished: Arc::default() })
+        Ok(Self {
+            surface,
+            device,
+            queue,
+            configuration,
+            configured: false,
+            fault,
+            unfinished: Arc::default(),
+            adapter_info: adapter.get_info(),
+        })
     }
 
     /// The device.
     pub fn device(&self) -> &Device {
         &self.device
+    }
+
+    /// What is known of the adapter.
+    pub fn adapter_info(&self) -> &AdapterInfo {
+        &self.adapter_info
     }
 
     /// Its queue.

@@ -91,6 +91,7 @@ fn time(
         "dispatches": cost.dispatches,
         "memory_bytes": cost.memory_bytes,
         "upload_bytes": cost.upload_bytes,
+        "buffer_bytes": cost.buffer_bytes,
         "operations": cost.operations,
     });
 

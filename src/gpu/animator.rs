@@ -59,6 +59,8 @@ pub struct Cost {
     pub operations: u64,
     /// Bytes from CPU to GPU.
     pub upload_bytes: u64,
+    /// Bytes of all buffers, the drawn vertices included: what the avatar occupies.
+    pub buffer_bytes: u64,
 }
 
 impl GpuAnimator {
@@ -185,13 +187,17 @@ impl GpuAnimator {
     /// What a frame that starts from nothing costs.
     pub fn cost(&self, options: &Options) -> Cost {
         let upload_bytes = size_of::<Frame>() as u64;
-        let mut cost = Cost { dispatches: 0, memory_bytes: 0, operations: self.operations, upload_bytes };
+        let mut cost =
+            Cost { dispatches: 0, memory_bytes: 0, operations: self.operations, upload_bytes, buffer_bytes: 0 };
+        let mut buffers = std::collections::HashSet::new();
         self.for_each_stage(options, iteration_count(options.stop, false), |_, dispatches| {
             for dispatch in dispatches {
                 cost.dispatches += 1;
                 cost.memory_bytes += dispatch.bytes;
+                buffers.extend(dispatch.buffers.iter().cloned());
             }
         });
+        cost.buffer_bytes = buffers.iter().map(Buffer::size).sum();
         cost
     }
 

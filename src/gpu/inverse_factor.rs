@@ -62,15 +62,64 @@ impl InverseFactor {
             let row = &mut row[..offsets[i + 1] - offsets[i]];
             row[i - first_columns[i] as usize] = 1.0;
             // L W = I by rows: w_i = e_i − Σ l_ik w_k.
-            for &(k, value) in &row_entries[i] {
-                let start = (first_columns[k] - first_columns[i]) as usize;
-                let source = &earlier[offsets[k]..offsets[k + 1]];
-                for (entry, &source) in row[start..].iter_mut().zip(source) {
-                    *entry -= value * source;
-                }
-            }
+            let first = first_columns[i] as usize;
+            let row_of = |&(k, value): &(usize, f32)| Row {
+                start: first_columns[k] as usize - first,
+                values: &earlier[offsets[k]..offsets[k + 1]],
+                factor: value,
+            };
+            let (fours, rest) = row_entries[i].as_chunks::<4>();
+            fours.iter().for_each(|four| subtract_four(row, four.each_ref().map(row_of)));
+            rest.iter().for_each(|entry| row_of(entry).subtract(row));
         }
         Self { steps, parents, first_columns, offsets, values }
+    }
+}
+
+/// A row of W and what it is multiplied by.
+#[derive(Clone, Copy)]
+struct Row<'a> {
+    /// Where it begins in the row that it is taken from.
+    start: usize,
+    values: &'a [f32],
+    factor: f32,
+}
+
+impl<'a> Row<'a> {
+    fn end(&self) -> usize {
+        self.start + self.values.len()
+    }
+
+    /// The part between two places of the row that it is taken from.
+    fn part(&self, start: usize, end: usize) -> Self {
+        let (start, end) = (start.max(self.start), end.min(self.end()));
+        let end = end.max(start);
+        Self { start, values: &self.values[start - self.start..end - self.start], ..*self }
+    }
+
+    fn subtract(&self, from: &mut [f32]) {
+        for (entry, value) in from[self.start..self.end()].iter_mut().zip(self.values) {
+            *entry -= self.factor * value;
+        }
+    }
+}
+
+/// Subtracts four rows. Neighbouring steps have nearly the same subtree: where all four overlap, `from` is read and written once.
+fn subtract_four(from: &mut [f32], rows: [Row<'_>; 4]) {
+    let start = rows.iter().map(|row| row.start).fold(0, usize::max);
+    let end = rows.iter().map(Row::end).fold(usize::MAX, usize::min);
+    if start >= end {
+        rows.iter().for_each(|row| row.subtract(from));
+        return;
+    }
+    for row in &rows {
+        row.part(0, start).subtract(from);
+        row.part(end, usize::MAX).subtract(from);
+    }
+    let [a, b, c, d] = rows.map(|row| row.part(start, end));
+    let pairs = a.values.iter().zip(b.values).zip(c.values.iter().zip(d.values));
+    for (entry, ((av, bv), (cv, dv))) in from[start..end].iter_mut().zip(pairs) {
+        *entry -= (a.factor * av + b.factor * bv) + (c.factor * cv + d.factor * dv);
     }
 }
 

@@ -29,8 +29,10 @@ pub(super) struct Dispatch {
     pipeline: ComputePipeline,
     group: BindGroup,
     workgroups: [u32; 3],
-    /// Bytes of all its buffers: what it moves if it touches each number once.
+    /// Bytes of all its bindings: what it moves if it touches each number once.
     pub bytes: u64,
+    /// What it is bound to.
+    pub buffers: Vec<Buffer>,
 }
 
 impl<'a> Shader<'a> {
@@ -85,7 +87,8 @@ impl Kernel {
             entries: &entries,
         });
         let bytes = bindings.iter().map(|(_, binding)| size(binding)).sum();
-        Dispatch { pipeline: self.pipeline.clone(), group, workgroups, bytes }
+        let buffers = bindings.iter().map(|(_, binding)| binding.buffer.clone()).collect();
+        Dispatch { pipeline: self.pipeline.clone(), group, workgroups, bytes, buffers }
     }
 }
 

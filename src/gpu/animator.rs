@@ -189,12 +189,16 @@ impl GpuAnimator {
         let upload_bytes = size_of::<Frame>() as u64;
         let mut cost =
             Cost { dispatches: 0, memory_bytes: 0, operations: self.operations, upload_bytes, buffer_bytes: 0 };
-        let mut buffers = std::collections::HashSet::new();
+        let mut buffers: Vec<Buffer> = Vec::new();
         self.for_each_stage(options, iteration_count(options.stop, false), |_, dispatches| {
             for dispatch in dispatches {
                 cost.dispatches += 1;
                 cost.memory_bytes += dispatch.bytes;
-                buffers.extend(dispatch.buffers.iter().cloned());
+                for buffer in &dispatch.buffers {
+                    if !buffers.contains(buffer) {
+                        buffers.push(buffer.clone());
+                    }
+                }
             }
         });
         cost.buffer_bytes = buffers.iter().map(Buffer::size).sum();

@@ -50,7 +50,9 @@ impl Compact {
     /// See [`super::SurfaceFunction::evaluate`]; `out` has one entry for each vertex of the level.
     pub fn evaluate(&self, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
         out.fill(Vec3A::ZERO);
-        let Scratch { kernel, factors, .. } = scratch;
+        let Scratch { pose_numbers, kernel, factors, .. } = scratch;
+        pose_numbers.clear();
+        pose_numbers.extend(six_numbers(pose));
         kernel.resize(self.centre_count as usize, 0.0);
         let (mut basis, mut steps) = (self.basis.as_slice(), self.basis_step.as_slice());
         for region in &self.regions {
@@ -60,7 +62,7 @@ impl Compact {
             let region_basis = basis.split_off(..row_length * rows.len()).unwrap_or_default();
             factors.resize(row_length, 0.0);
             if row_length > 0 {
-                region.kernel(&self.centres, pose, kernel);
+                region.kernel(&self.centres, pose_numbers, kernel);
             }
             for (k, &step) in region_steps.iter().enumerate() {
                 factors[3 * k..3 * k + 3].fill(step * region.coefficient(k, kernel));
@@ -74,13 +76,30 @@ impl Compact {
     }
 }
 
+impl Compact {
+    /// c of each region at a pose, given as [`six_numbers`]; the training poses are the rows of `centres`.
+    pub fn coefficients(&self, pose_numbers: &[f32]) -> Vec<Vec<f32>> {
+        let mut kernel = vec![0.0; self.centre_count as usize];
+        let of_region = |region: &Region| {
+            region.kernel(&self.centres, pose_numbers, &mut kernel);
+            (0..region.basis_count as usize).map(|k| region.coefficient(k, &kernel)).collect()
+        };
+        self.regions.iter().map(of_region).collect()
+    }
+}
+
+/// A pose as centres are: (joints, 6), the first two columns of each rotation.
+pub fn six_numbers(pose: &Pose) -> impl Iterator<Item = f32> {
+    pose.rotations.iter().flat_map(|&rotation| six_numbers_from_quat(rotation))
+}
+
 impl Region {
-    /// κ: Matérn-3/2 of the distance between the masked rotations of `pose` and of each centre.
-    fn kernel(&self, centres: &[f32], pose: &Pose, kernel: &mut [f32]) {
-        let centre_length = 6 * pose.rotations.len();
+    /// κ: Matérn-3/2 of the distance between the masked rotations of a pose and of each centre.
+    fn kernel(&self, centres: &[f32], pose_numbers: &[f32], kernel: &mut [f32]) {
+        let centre_length = pose_numbers.len();
         kernel.fill(0.0);
         for joint in self.mask.joints() {
-            let numbers = six_numbers_from_quat(pose.rotations[joint]);
+            let numbers = &pose_numbers[6 * joint..6 * joint + 6];
             for (squared, centre) in kernel.iter_mut().zip(centres.chunks_exact(centre_length)) {
                 let centre = &centre[6 * joint..6 * joint + 6];
                 *squared += numbers.iter().zip(centre).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();

@@ -4,7 +4,7 @@ mod compact;
 mod domain;
 mod mlp;
 
-pub use compact::{Compact, Region, matern};
+pub use compact::{Compact, Region, matern, six_numbers};
 pub use domain::Domain;
 pub use mlp::{Layer, Mlp};
 
@@ -28,6 +28,7 @@ pub struct Scratch {
     pose_biases: Vec<f32>,
     encoded: Vec<f32>,
     activations: [Vec<f32>; 2],
+    pose_numbers: Vec<f32>,
     kernel: Vec<f32>,
     factors: Vec<f32>,
 }

@@ -4,8 +4,10 @@
 //! [`context`]; [`evaluate`] says how good it is. Units are metres, radians and seconds; y is up; Laplacian coordinates δ are in
 //! 1/m and point outward on a sphere.
 
+pub mod ablation;
 pub mod appearance;
 pub mod closest;
+pub mod coefficients;
 pub mod compact;
 pub mod context;
 pub mod evaluate;

@@ -20,6 +20,10 @@ enum Command {
     Eval(command::eval::Arguments),
     /// Write the meshes of an avatar in motion
     Animate(command::animate::Arguments),
+    /// Vary one choice of the method and measure what it does
+    Ablate(command::ablate::Arguments),
+    /// Turn an avatar's perceptrons into tables
+    Compact(command::compact::Arguments),
     /// Say what is inside an avatar
     Inspect(command::inspect::Arguments),
     /// Train the demo avatar again, from a copy of its sequence
@@ -31,6 +35,8 @@ fn main() -> ExitCode {
         Command::Train(arguments) => command::train::run(&arguments),
         Command::Eval(arguments) => command::eval::run(&arguments),
         Command::Animate(arguments) => command::animate::run(&arguments),
+        Command::Ablate(arguments) => command::ablate::run(&arguments),
+        Command::Compact(arguments) => command::compact::run(&arguments),
         Command::Inspect(arguments) => command::inspect::run(&arguments),
         Command::Demo(arguments) => command::demo::run(&arguments),
     };

@@ -6,7 +6,8 @@ use crate::context::{DeformationTrainer, LaplacianTrainer, TrainContext};
 use crate::options::{FunctionForm, LaplacianTarget};
 use crate::plain::{PlainDeformation, PlainLaplacian};
 use anyhow::bail;
-use crease::avatar::Avatar;
+use crease::avatar::{Appearance, Avatar};
+use crease::network::SurfaceFunction;
 use crease::solver::CoarseFactor;
 use serde_json::{Map, Value, json};
 
@@ -28,13 +29,25 @@ pub fn train(context: &TrainContext, facts: &Facts) -> anyhow::Result<Avatar> {
     let (deformation_trainer, laplacian_trainer) = strategies(context)?;
     let deformation = deformation_trainer.train(context)?;
     let laplacian = laplacian_trainer.train(context, &deformation)?;
+    let appearance = bake(context, &deformation)?;
+    assemble(context, facts, deformation, laplacian, appearance)
+}
+
+/// The avatar of what was trained.
+pub fn assemble(
+    context: &TrainContext,
+    facts: &Facts,
+    deformation: SurfaceFunction,
+    laplacian: SurfaceFunction,
+    appearance: Appearance,
+) -> anyhow::Result<Avatar> {
     let options = &context.options;
     let avatar = Avatar {
         name: facts.name.clone(),
         rig: context.rig.clone(),
         canonical: context.body.template.clone(),
         triangles: context.body.triangles.clone(),
-        appearance: bake(context, &deformation)?,
+        appearance,
         scheme: options.scheme,
         level_count: options.level_count,
         deformation,

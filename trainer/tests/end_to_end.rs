@@ -6,6 +6,7 @@ use common::{Directory, FRAME_COUNT, write_sequence};
 use crease::animate::{Options, Stage, animate};
 use crease::avatar::Avatar;
 use crease::network::SurfaceFunction;
+use crease_trainer::ablation::{compact_against_plain, table};
 use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::evaluate::evaluate;
 use crease_trainer::options::{NetworkOptions, TrainOptions};
@@ -92,6 +93,23 @@ fn the_compact_preset_beats_its_base_and_the_body() {
     assert!(base.nc > body.nc, "{evaluation:?}");
     assert!(detailed.scan_to_mesh_cm < base.scan_to_mesh_cm, "{evaluation:?}");
     assert!(detailed.nc > base.nc - 0.002, "{evaluation:?}");
+}
+
+#[test]
+fn more_basis_functions_cost_bytes_and_networks_cost_most() {
+    let directory = Directory::new("ablation");
+    let mut options = TrainOptions::compact();
+    options.anchor_count = 200;
+    options.texture_size = 64;
+    options.compact.deformation.wide.basis_count = 0;
+    let mut context = context(&directory, options);
+    let sequence = context.sequences[0].clone();
+    let rows = compact_against_plain(&mut context, &[1, 2], &sequence, &[1]).unwrap();
+    assert_eq!(rows.len(), 3);
+    assert!(rows[0].bytes < rows[1].bytes && rows[1].bytes < rows[2].bytes, "{rows:?}");
+    assert!(rows[1].evaluation.is_some() && rows[2].evaluation.is_none());
+    let text = table(&rows);
+    assert!(text.lines().count() == 5 && text.contains("plain 5 × 600, 3 × 800"), "{text}");
 }
 
 #[test]

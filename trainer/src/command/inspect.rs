@@ -2,7 +2,9 @@
 
 use clap::Args;
 use crease::avatar::Avatar;
+use crease::motion::Motion;
 use crease::network::SurfaceFunction;
+use crease_trainer::coefficients::{largest_ratio, motion_ranges, training_ranges};
 use crease_trainer::sequence::read;
 use crease_trainer::sizes::section_sizes;
 use std::path::PathBuf;
@@ -11,11 +13,17 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// The avatar (.glb)
     pub avatar: PathBuf,
+    /// Motions to compare the coefficients of compact functions with: their largest size, as a multiple of that in training
+    #[arg(long, value_name = "MOTION", num_args = 1..)]
+    pub coefficients: Vec<PathBuf>,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let bytes = read(&arguments.avatar)?;
     let avatar = Avatar::read(&bytes, &arguments.avatar.display().to_string())?;
+    if !arguments.coefficients.is_empty() {
+        return coefficients(&avatar, &arguments.coefficients);
+    }
     println!("{}: {:.2} MB", avatar.name, bytes.len() as f64 / 1e6);
     println!("  body         {} vertices, {} joints", avatar.rig.rest.len(), avatar.rig.parents.len());
     println!("  subdivision  {} × {:?}", avatar.level_count, avatar.scheme);
@@ -29,6 +37,25 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     println!("provenance");
     for (key, value) in &avatar.provenance {
         println!("  {key}: {value}");
+    }
+    Ok(())
+}
+
+/// One line a motion: the largest ratio over all regions, for f_d and f_l.
+fn coefficients(avatar: &Avatar, motions: &[PathBuf]) -> anyhow::Result<()> {
+    // The rate tells only when a pose is shown.
+    const ANY_RATE: f32 = 60.0;
+    println!("largest coefficient over largest in training   f_d    f_l");
+    for path in motions {
+        let motion = Motion::read(&read(path)?, &path.display().to_string(), Some(ANY_RATE))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let ratios = [&avatar.deformation, &avatar.laplacian].map(|function| match function {
+            SurfaceFunction::Compact(function) => {
+                format!("{:.2}", largest_ratio(&motion_ranges(function, &motion.poses), &training_ranges(function)))
+            }
+            SurfaceFunction::Mlp(_) => "none".into(),
+        });
+        println!("{name:44} {:>6} {:>6}", ratios[0], ratios[1]);
     }
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! The subcommands: arguments in, library calls, a summary out.
 
+pub mod ablate;
 pub mod animate;
+pub mod compact;
 pub mod demo;
 pub mod eval;
 pub mod inspect;

@@ -87,7 +87,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn prepare(arguments: &Arguments) -> anyhow::Result<TrainContext> {
+/// What the arguments say, ready to train.
+pub fn prepare(arguments: &Arguments) -> anyhow::Result<TrainContext> {
     let base = match arguments.preset {
         Preset::Compact => TrainOptions::compact(),
         Preset::Paper => TrainOptions::paper(),

@@ -2,12 +2,12 @@
 
 use super::frame_fit::PreparedScan;
 use super::regions::weighted_regions;
-use super::regression::regress;
 use super::surface_fit::{FitOptions, fit_surface};
+use super::two_scales::regress_on_two_scales;
 use crate::context::{DeformationTrainer, Sample, TrainContext};
 use crease::animate::PosedSurface;
 use crease::body::Pose;
-use crease::network::SurfaceFunction;
+use crease::network::{Compact, SurfaceFunction};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -16,22 +16,40 @@ pub struct CompactDeformation;
 
 impl DeformationTrainer for CompactDeformation {
     fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction> {
-        let options = &context.options.compact;
-        let zero = vec![Vec3A::ZERO; context.rig.rest.len()];
-        let coarse = fit_all(context, "fitting the base, coarse", &zero, &options.coarse_fit)?;
-        let mean = mean_field(&coarse);
-        let fine = fit_all(context, "fitting the base", &mean, &options.base_fit)?;
-        let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
-        let regions = weighted_regions(&context.domains[0].masks, &context.adjacency, options.deformation.blend_steps);
-        Ok(SurfaceFunction::Compact(regress(0, &regions, &poses, &fine, &options.deformation)))
+        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context)?)))
     }
 }
 
-/// Canonical offsets of every training frame; the fit starts from `offsets` and stays smooth relative to them.
-fn fit_all(
+impl CompactDeformation {
+    /// Canonical offsets of every training frame on level 0, metres.
+    pub fn fit(&self, context: &TrainContext) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+        let options = &context.options.compact;
+        let zero = vec![Vec3A::ZERO; context.rig.rest.len()];
+        let coarse = fit_all(context, "fitting the base, coarse", |_| &zero, &options.coarse_fit)?;
+        // Folds that stay for a whole sequence are in its mean, and smoothing spares them.
+        let means: Vec<Vec<Vec3A>> = (0..context.sequences.len())
+            .map(|sequence| {
+                let own = coarse.iter().zip(&context.samples).filter(|(_, sample)| sample.sequence == sequence);
+                mean_field(own.map(|(field, _)| field))
+            })
+            .collect();
+        fit_all(context, "fitting the base", |sample| &means[sample.sequence], &options.base_fit)
+    }
+
+    /// f_d from the offsets that [`Self::fit`] gives.
+    pub fn regress(&self, context: &TrainContext, offsets: &[Vec<Vec3A>]) -> Compact {
+        let options = &context.options.compact.deformation;
+        let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
+        let regions = weighted_regions(&context.domains[0].masks, &context.adjacency, options.blend_steps);
+        regress_on_two_scales(0, &regions, &context.adjacency, &poses, offsets, options)
+    }
+}
+
+/// Canonical offsets of every training frame; the fit starts from a sample's `start` and stays smooth relative to it.
+fn fit_all<'a>(
     context: &TrainContext,
     title: &str,
-    offsets: &[Vec3A],
+    start: impl Fn(Sample) -> &'a Vec<Vec3A> + Sync,
     options: &FitOptions,
 ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
     let bar = context.progress.bar(title, context.samples.len());
@@ -39,7 +57,7 @@ fn fit_all(
         .samples
         .par_iter()
         .map(|&sample| {
-            let fitted = fit_offsets(context, sample, offsets, options);
+            let fitted = fit_offsets(context, sample, start(sample), options);
             bar.advance(1);
             fitted
         })
@@ -77,11 +95,13 @@ fn fit_offsets(
     Ok((0..fitted.len()).map(|k| offsets[k] + rotations[k].inverse() * (fitted[k] - posed[k])).collect())
 }
 
-fn mean_field(fields: &[Vec<Vec3A>]) -> Vec<Vec3A> {
-    let mut mean = vec![Vec3A::ZERO; fields[0].len()];
+/// The mean over all fields; empty without any.
+fn mean_field<'a>(fields: impl Iterator<Item = &'a Vec<Vec3A>> + Clone) -> Vec<Vec3A> {
+    let count = fields.clone().count();
+    let mut mean = vec![Vec3A::ZERO; fields.clone().next().map_or(0, Vec::len)];
     for field in fields {
         for (mean, value) in mean.iter_mut().zip(field) {
-            *mean += *value / fields.len() as f32;
+            *mean += *value / count as f32;
         }
     }
     mean

@@ -6,14 +6,14 @@
 use super::frame_fit::PreparedScan;
 use super::least_squares::conjugate_gradients;
 use super::regions::weighted_regions;
-use super::regression::regress;
 use super::surface_fit::{fit_surface, refine_to_finest, restrict_from_finest};
+use super::two_scales::regress_on_two_scales;
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
 use crate::targets::{base_surface, operator_laplacian};
 use crease::avatar::Form;
 use crease::body::Pose;
-use crease::mesh::{Adjacency, Scheme};
-use crease::network::SurfaceFunction;
+use crease::mesh::{Adjacency, Scheme, Subdivision};
+use crease::network::{Compact, SurfaceFunction};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -22,10 +22,16 @@ pub struct CompactLaplacian;
 
 impl LaplacianTrainer for CompactLaplacian {
     fn train(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<SurfaceFunction> {
-        let options = &context.options.compact;
-        let level = options.laplacian_level as usize;
+        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context, deformation)?)))
+    }
+}
+
+impl CompactLaplacian {
+    /// Canonical δ of every training frame on the level of f_l's tables, 1/m.
+    pub fn fit(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+        let level = context.options.compact.laplacian_level as usize;
         let bar = context.progress.bar("fitting the detail", context.samples.len());
-        let targets: Vec<Vec<Vec3A>> = context
+        context
             .samples
             .par_iter()
             .map(|&sample| {
@@ -33,13 +39,19 @@ impl LaplacianTrainer for CompactLaplacian {
                 bar.advance(1);
                 target
             })
-            .collect::<anyhow::Result<_>>()?;
+            .collect()
+    }
+
+    /// f_l from the δ that [`Self::fit`] gives.
+    pub fn regress(&self, context: &TrainContext, targets: &[Vec<Vec3A>]) -> Compact {
+        let options = &context.options.compact;
+        let level = options.laplacian_level as usize;
         let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
         let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
         // A region's border is as wide in metres on any level.
         let blend_steps = options.laplacian.blend_steps << (2 * level);
         let regions = weighted_regions(&context.domains[level].masks, &adjacency, blend_steps);
-        Ok(SurfaceFunction::Compact(regress(level, &regions, &poses, &targets, &options.laplacian)))
+        regress_on_two_scales(level, &regions, &adjacency, &poses, targets, &options.laplacian)
     }
 }
 
@@ -75,7 +87,7 @@ fn fitted_laplacian(
     for delta in &mut delta {
         *delta = delta.clamp_length_max(options.compact.clamp);
     }
-    let mut coarse = coarsen(context, level, &delta);
+    let mut coarse = coarsen(&context.subdivision, level, &delta);
     for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(subdivision, level)) {
         *delta = rotation.inverse() * *delta;
     }
@@ -83,8 +95,7 @@ fn fitted_laplacian(
 }
 
 /// The field on `level` whose Loop refinement is closest to `field` on the finest level.
-fn coarsen(context: &TrainContext, level: usize, field: &[Vec3A]) -> Vec<Vec3A> {
-    let subdivision = &context.subdivision;
+pub(super) fn coarsen(subdivision: &Subdivision, level: usize, field: &[Vec3A]) -> Vec<Vec3A> {
     let b = restrict_from_finest(subdivision, Scheme::Loop, level, field.to_vec());
     let ones = restrict_from_finest(subdivision, Scheme::Loop, level, vec![Vec3A::ONE; field.len()]);
     let inverse_diagonal: Vec<f32> = ones.iter().map(|one| 1.0 / one.x).collect();

@@ -1,17 +1,21 @@
 //! Training in compact form: fits to every scan, closed-form regression on the pose, tables.
 
 mod deformation;
+mod distil;
 mod frame_fit;
 mod laplacian;
 mod least_squares;
 mod regions;
 mod regression;
 mod surface_fit;
+mod two_scales;
 
 pub use deformation::CompactDeformation;
+pub use distil::{Difference, difference, distil};
 pub use laplacian::CompactLaplacian;
 pub use regression::RegressionOptions;
 pub use surface_fit::FitOptions;
+pub use two_scales::BranchOptions;
 
 use serde::{Deserialize, Serialize};
 
@@ -26,9 +30,9 @@ pub struct CompactOptions {
     /// Fit of the finest mesh to each scan, from the base.
     pub detail_fit: FitOptions,
     /// Pose regression of f_d.
-    pub deformation: RegressionOptions,
+    pub deformation: BranchOptions,
     /// Pose regression of f_l.
-    pub laplacian: RegressionOptions,
+    pub laplacian: BranchOptions,
     /// Subdivision level on which f_l's tables stand.
     pub laplacian_level: u32,
     /// Longer operator Laplacians are shortened to this length, 1/m.
@@ -45,7 +49,8 @@ impl Default for CompactOptions {
             reject_cosine: 0.5,
             iteration_count: 25,
         };
-        let regression = RegressionOptions { basis_count: 32, kernel_length: 0.7, ridge: 0.015, blend_steps: 2 };
+        let regression =
+            |basis_count, kernel_length, ridge, step| RegressionOptions { basis_count, kernel_length, ridge, step };
         Self {
             coarse_fit: FitOptions {
                 smoothness: vec![200.0, 60.0, 30.0, 20.0],
@@ -53,13 +58,23 @@ impl Default for CompactOptions {
                 ..common.clone()
             },
             base_fit: FitOptions {
-                smoothness: vec![20.0, 5.0, 1.0, 0.4],
+                smoothness: vec![20.0, 5.0, 1.0, 0.3, 0.15],
                 reject_distance: vec![0.08, 0.05],
                 ..common.clone()
             },
             detail_fit: FitOptions { smoothness: vec![5.0, 1.5, 0.5], reject_distance: vec![0.05], ..common },
-            deformation: regression,
-            laplacian: regression,
+            deformation: BranchOptions {
+                blend_steps: 2,
+                smoothness: 30.0,
+                wide: regression(8, 2.0, 1.0, 1.0 / 8192.0),
+                narrow: regression(80, 0.4, 0.01, 1.0 / 8192.0),
+            },
+            laplacian: BranchOptions {
+                blend_steps: 2,
+                smoothness: 500.0,
+                wide: regression(0, 2.0, 1.0, 2.0),
+                narrow: regression(40, 0.25, 0.01, 2.0),
+            },
             laplacian_level: 1,
             clamp: 600.0,
         }

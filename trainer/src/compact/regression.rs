@@ -6,9 +6,8 @@
 
 use super::regions::WeightedRegion;
 use crease::body::Pose;
-use crease::network::{Compact, Region, matern};
+use crease::network::{Compact, Region, matern, six_numbers};
 use crease::pose_feature::PoseMask;
-use crease::rotation::six_numbers_from_quat;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use glam::Vec3A;
@@ -25,13 +24,17 @@ pub struct RegressionOptions {
     pub kernel_length: f32,
     /// λ, relative to the kernel's value 1 at a centre.
     pub ridge: f64,
-    /// Width of the blend between regions, in edges of level 0.
-    pub blend_steps: usize,
+    /// Greatest step of the tables, in the function's unit. The coefficients are about 1, so this bounds the rounding of a value.
+    pub step: f32,
 }
 
-/// Six numbers for each joint of each pose: (poses, joints, 6).
-pub fn pose_centres(poses: &[Pose]) -> Vec<f32> {
-    poses.iter().flat_map(|pose| pose.rotations.iter().flat_map(|&r| six_numbers_from_quat(r))).collect()
+/// What a region's values are before any basis function is added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prior {
+    /// The mean over all training poses.
+    Mean,
+    /// Zero; the mean only where a region listens to no joint, and so can say nothing else.
+    Zero,
 }
 
 /// Learns a compact surface function from one field of values on the vertices of `level` for each training pose.
@@ -42,12 +45,13 @@ pub fn regress(
     regions: &[WeightedRegion],
     poses: &[Pose],
     targets: &[Vec<Vec3A>],
+    prior: Prior,
     options: &RegressionOptions,
 ) -> Compact {
     let joint_count = poses[0].rotations.len();
-    let centres = pose_centres(poses);
+    let centres: Vec<f32> = poses.iter().flat_map(six_numbers).collect();
     let trained: Vec<TrainedRegion> =
-        regions.par_iter().map(|region| train_region(region, &centres, joint_count, targets, options)).collect();
+        regions.par_iter().map(|region| train_region(region, &centres, joint_count, targets, prior, options)).collect();
     let mut compact = Compact {
         level: level as u32,
         centre_count: poses.len() as u32,
@@ -89,27 +93,29 @@ fn train_region(
     centres: &[f32],
     joint_count: usize,
     targets: &[Vec<Vec3A>],
+    prior: Prior,
     options: &RegressionOptions,
 ) -> TrainedRegion {
     let frame_count = targets.len();
     let row_count = region.vertices.len();
-    let mut mean = vec![Vec3A::ZERO; row_count];
-    for target in targets {
-        for (mean, &(vertex, _)) in mean.iter_mut().zip(&region.vertices) {
-            *mean += target[vertex as usize] / frame_count as f32;
-        }
-    }
-    let weighted_mean =
-        mean.iter().zip(&region.vertices).flat_map(|(&mean, &(_, weight))| (mean * weight).to_array()).collect();
     let features = masked_features(centres, joint_count, region.mask);
     let spread = rms_spread(&features, frame_count);
     let basis_count = if spread < 1e-6 { 0 } else { options.basis_count.min(frame_count - 1) };
+    let mut mean = vec![Vec3A::ZERO; row_count];
+    if prior == Prior::Mean || spread < 1e-6 {
+        for target in targets {
+            for (mean, &(vertex, _)) in mean.iter_mut().zip(&region.vertices) {
+                *mean += target[vertex as usize] / frame_count as f32;
+            }
+        }
+    }
+    let weighted_mean = mean.iter().zip(&region.vertices).flat_map(|(&mean, &(_, weight))| (mean * weight).to_array());
     let kernel_length = (options.kernel_length * spread).max(1e-6);
     let mut trained = TrainedRegion {
         kernel_length,
         basis_count,
         coefficient_from_kernel: Vec::new(),
-        mean: weighted_mean,
+        mean: weighted_mean.map(|value| rounded(value, power_of_two(options.step))).collect(),
         basis: Vec::new(),
         basis_step: Vec::new(),
     };
@@ -141,6 +147,10 @@ fn train_region(
     let component = |k: usize| frame_count - 1 - k;
     let scale: Vec<f64> =
         (0..basis_count).map(|k| eigen.S()[component(k)].max(0.0).sqrt() / (frame_count as f64).sqrt()).collect();
+    // What the tables round away needs no coefficients.
+    let weakest = WEAKEST_COMPONENT * f64::from(options.step) * (3.0 * row_count as f64).sqrt();
+    let basis_count = scale.iter().take_while(|&&scale| scale > weakest).count();
+    trained.basis_count = basis_count;
     let leading = Mat::<f64>::from_fn(frame_count, basis_count, |t, k| eigen.U()[(t, component(k))]);
     let frame_from_component = hat.transpose() * &leading;
     // Unit-norm basis columns are residualᵀ · frame_from_component / σ; the stored basis is times σ/√frames, so that c is about 1.
@@ -151,11 +161,11 @@ fn train_region(
         let sigma_squared = (scale[k] * scale[k] * frame_count as f64).max(1e-30);
         for t in 0..frame_count {
             let coefficient = onto_basis[(t, k)] * (frame_count as f64).sqrt() / sigma_squared;
-            trained.coefficient_from_kernel.push(coefficient as f32);
+            trained.coefficient_from_kernel.push(rounded(coefficient as f32, COEFFICIENT_STEP));
         }
     }
     trained.basis_step =
-        (0..basis_count).map(|k| quantisation_step((0..3 * row_count).map(|i| basis[(i, k)]))).collect();
+        (0..basis_count).map(|k| quantisation_step((0..3 * row_count).map(|i| basis[(i, k)]), options.step)).collect();
     trained.basis = (0..row_count)
         .flat_map(|row| (0..basis_count).flat_map(move |k| (0..3).map(move |axis| (row, k, axis))))
         .map(|(row, k, axis)| quantise(basis[(3 * row + axis, k)], trained.basis_step[k]))
@@ -183,18 +193,33 @@ fn rms_spread(features: &[f32], frame_count: usize) -> f32 {
     (sum / frame_count as f32).sqrt()
 }
 
-/// The step of a signed byte that leaves the least error: outliers are clipped where finer steps for the rest gain more.
-fn quantisation_step(values: impl Iterator<Item = f64> + Clone) -> f32 {
+/// `wanted`, so that all tables are as coarse and weak ones take few bits; more where a signed byte does not reach, but then the step
+/// that leaves the least error: outliers are clipped where finer steps for the rest gain more.
+fn quantisation_step(values: impl Iterator<Item = f64> + Clone, wanted: f32) -> f32 {
     let largest = values.clone().fold(0.0f64, |m, v| m.max(v.abs()));
-    if largest == 0.0 {
-        return 1.0;
-    }
+    let wanted = f64::from(wanted);
     let error =
         |step: f64| -> f64 { values.clone().map(|v| (v - f64::from(quantise(v, step as f32)) * step).powi(2)).sum() };
     (0..8)
-        .map(|i| largest / 127.0 * 0.8f64.powi(i))
+        .map(|i| (largest / 127.0 * 0.8f64.powi(i)).max(wanted))
         .min_by(|a, b| error(*a).total_cmp(&error(*b)))
-        .unwrap_or(largest / 127.0) as f32
+        .unwrap_or(wanted) as f32
+}
+
+/// A component whose rms on the vertices is a smaller share of the tables' step is left out.
+const WEAKEST_COMPONENT: f64 = 0.25;
+
+/// Step of M's entries. Coefficients are about 1 and a kernel vector of a few neighbours is about 1 long, so this is a hundredth of a
+/// basis function.
+const COEFFICIENT_STEP: f32 = 1.0 / 64.0;
+
+/// The largest power of two up to `step`: its multiples are half-precision numbers with few bits, which pack well.
+fn power_of_two(step: f32) -> f32 {
+    step.log2().floor().exp2()
+}
+
+fn rounded(value: f32, step: f32) -> f32 {
+    (value / step).round() * step
 }
 
 fn quantise(value: f64, step: f32) -> i8 {
@@ -237,12 +262,12 @@ mod tests {
     }
 
     fn options(basis_count: usize) -> RegressionOptions {
-        RegressionOptions { basis_count, kernel_length: 1.0, ridge: 1e-4, blend_steps: 0 }
+        RegressionOptions { basis_count, kernel_length: 1.0, ridge: 1e-4, step: 1e-3 }
     }
 
     fn train(mask: u32, basis_count: usize) -> Compact {
         let targets: Vec<Vec<Vec3A>> = (0..FRAME_COUNT).map(|t| truth(0.15 * t as f32)).collect();
-        regress(0, &[whole(mask)], &training_poses(), &targets, &options(basis_count))
+        regress(0, &[whole(mask)], &training_poses(), &targets, Prior::Mean, &options(basis_count))
     }
 
     fn largest_error(compact: &Compact, pose: &Pose, truth: &[Vec3A]) -> f32 {
@@ -275,7 +300,7 @@ mod tests {
         let mean: Vec<Vec3A> = (0..VERTEX_COUNT)
             .map(|v| (0..FRAME_COUNT).map(|t| truth(0.15 * t as f32)[v]).sum::<Vec3A>() / FRAME_COUNT as f32)
             .collect();
-        assert!(largest_error(&compact, &pose(2.0, 1.0), &mean) < 1e-5);
+        assert!(largest_error(&compact, &pose(2.0, 1.0), &mean) < 1e-3, "a step of the tables");
     }
 
     #[test]

@@ -1,0 +1,67 @@
+//! `crease ablate`.
+
+use super::train;
+use clap::{Args, ValueEnum};
+use crease_trainer::ablation::{compact_against_plain, table};
+use crease_trainer::files::write_whole;
+use crease_trainer::frames::FrameRange;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Directory of a sequence with ground truth
+    pub sequence: PathBuf,
+    /// What is varied
+    #[arg(long, value_enum)]
+    pub what: Subject,
+    /// Frames to train on, as a Python slice
+    #[arg(long, value_name = "START:STOP:STEP", default_value = "1::2")]
+    pub train: FrameRange,
+    /// Frames to measure
+    #[arg(long, value_name = "START:STOP:STEP", default_value = "0::2")]
+    pub test: FrameRange,
+    /// Numbers of basis functions
+    #[arg(long, value_delimiter = ',', default_value = "8,16,24,32,48,64")]
+    pub counts: Vec<usize>,
+    /// Where to write the rows (.json)
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Overrides an option of training; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub assignments: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Subject {
+    /// The number of basis functions of the compact form, and plain networks beside it
+    Compact,
+}
+
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let Subject::Compact = arguments.what;
+    let mut context = train::prepare(&train::Arguments {
+        sequences: vec![arguments.sequence.clone()],
+        output: PathBuf::new(),
+        body: None,
+        frames: vec![arguments.train],
+        preset: train::Preset::Compact,
+        seed: 0,
+        assignments: arguments.assignments.clone(),
+        name: None,
+    })?;
+    let sequence = context.sequences[0].clone();
+    let frames = arguments.test.indices(sequence.frame_count)?;
+    let rows = compact_against_plain(&mut context, &arguments.counts, &sequence, &frames)?;
+    print!("{}", table(&rows));
+    if let Some(path) = &arguments.output {
+        let record = json!({
+            "sequence": sequence.name,
+            "train": arguments.train.to_string(),
+            "test": arguments.test.to_string(),
+            "rows": rows,
+        });
+        write_whole(path, (serde_json::to_string_pretty(&record)? + "\n").as_bytes())?;
+    }
+    Ok(())
+}

@@ -5,7 +5,7 @@ use anyhow::ensure;
 use clap::Args;
 use crease::body::Pose;
 use crease::motion::Motion;
-use crease_trainer::compact::{difference, distil};
+use crease_trainer::compact::{CompactOptions, difference, distil};
 use crease_trainer::files::write_whole;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::sequence::{Sequence, read};
@@ -24,13 +24,13 @@ pub struct Arguments {
     /// Sample at this many poses at most, evenly spread; the error is measured half-way between them
     #[arg(long, default_value_t = 64)]
     pub count: usize,
-    /// Overrides an option of training, for instance compact.deformation.narrow.ridge=0.1; may be repeated
+    /// Overrides an option, for instance compact.deformation.wide.basis_count=64; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub assignments: Vec<String>,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let start = TrainOptions::compact();
+    let start = TrainOptions { compact: CompactOptions::for_perceptrons(), ..TrainOptions::compact() };
     let options = arguments.assignments.iter().try_fold(start, |options, assignment| options.with(assignment))?;
     let avatar = read_avatar(&arguments.avatar)?;
     let mut poses = Vec::new();

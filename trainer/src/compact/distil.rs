@@ -104,7 +104,6 @@ fn values(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::TrainOptions;
     use crease::fixture::{bent_pose, compact_avatar, plain_avatar};
     use glam::Quat;
 
@@ -124,17 +123,9 @@ mod tests {
     }
 
     fn options(basis_count: usize) -> CompactOptions {
-        let mut options = TrainOptions::compact().compact;
-        for branch in [&mut options.deformation, &mut options.laplacian] {
-            branch.smoothness = 0.0;
-            branch.narrow.basis_count = 0;
-            branch.wide.basis_count = basis_count;
-            branch.wide.ridge = 1e-4;
-            branch.blend_steps = 0;
-        }
-        options.deformation.wide.step = 1e-5;
-        options.laplacian.wide.step = 0.05;
-        options.laplacian_level = 2;
+        let mut options = CompactOptions::for_perceptrons();
+        options.deformation.wide.basis_count = basis_count;
+        options.laplacian.wide.basis_count = basis_count;
         options
     }
 

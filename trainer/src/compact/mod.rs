@@ -80,3 +80,16 @@ impl Default for CompactOptions {
         }
     }
 }
+
+impl CompactOptions {
+    /// For sampled perceptrons in place of scans: free of noise and smooth in pose, so one kernel with hardly any ridge and finer steps.
+    pub fn for_perceptrons() -> Self {
+        let branch = |step| BranchOptions {
+            blend_steps: 2,
+            smoothness: 0.0,
+            wide: RegressionOptions { basis_count: 32, kernel_length: 1.0, ridge: 1e-3, step },
+            narrow: RegressionOptions { basis_count: 0, kernel_length: 1.0, ridge: 1e-3, step },
+        };
+        Self { deformation: branch(3e-5), laplacian: branch(0.1), ..Self::default() }
+    }
+}

@@ -1,10 +1,12 @@
 //! Plays motions on an avatar: a clock, the motion it reads, and the animator it drives. No GPU, no browser.
 
 mod clock;
+mod quality;
 
 pub use clock::Clock;
+pub use quality::{QUALITY_LEVELS, QualityController, QualityLevel};
 
-use crate::animate::{Animator, Options};
+use crate::animate::{Animator, Options, Part};
 use crate::avatar::{Avatar, AvatarError};
 use crate::body::Pose;
 use crate::mesh::{Triangle, vertex_normals};
@@ -24,6 +26,32 @@ pub struct JointCountError {
     pub found: usize,
 }
 
+/// A pose in which the avatar's surface leaves the range of numbers.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{avatar}: the networks' weights: expected finite positions in every pose, found {count} vertices without at \
+     {seconds:.2} s of the motion; train the avatar again"
+)]
+pub struct NotFiniteError {
+    /// Name of the avatar.
+    pub avatar: String,
+    /// Vertices that are nowhere.
+    pub count: usize,
+    /// When, in seconds since the motion's start.
+    pub seconds: f64,
+}
+
+/// The mesh of one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Posed<'a> {
+    /// Positions, metres.
+    pub positions: &'a [Vec3A],
+    /// Unit normals, one for each position.
+    pub normals: &'a [Vec3A],
+    /// How many levels coarser than the finest the mesh is.
+    pub coarser: usize,
+}
+
 /// An avatar, the motion that it plays, and when.
 pub struct Player {
     avatar: Arc<Avatar>,
@@ -32,9 +60,13 @@ pub struct Player {
     standing: Pose,
     /// Play, pause, seek, loop and rate.
     pub clock: Clock,
-    /// View (body, base or detailed), amount of detail, when the solver stops.
+    /// View (body, base or detailed) and amount of detail; quality decides the rest.
     pub options: Options,
-    shown: Option<(Pose, Options)>,
+    controller: QualityController,
+    fixed_quality: Option<usize>,
+    wanted: Option<(Pose, Options)>,
+    /// The solver must not start from what the last call left.
+    cold: bool,
     positions: Vec<Vec3A>,
     normals: Vec<Vec3A>,
 }
@@ -50,9 +82,11 @@ impl Player {
             motion: None,
             standing,
             clock: Clock::default(),
-            // Poses follow each other, so the last frame is a good first guess for the solver.
-            options: Options { warm_start: true, ..Options::default() },
-            shown: None,
+            options: Options::default(),
+            controller: QualityController::default(),
+            fixed_quality: None,
+            wanted: None,
+            cold: false,
             positions: Vec::new(),
             normals: Vec::new(),
         })
@@ -78,7 +112,7 @@ impl Player {
 
     /// Where the root joint is now, metres.
     pub fn root(&self) -> Vec3 {
-        let translation = match &self.shown {
+        let translation = match &self.wanted {
             Some((pose, _)) => pose.translation,
             None => self.pose().translation,
         };
@@ -88,35 +122,88 @@ impl Player {
     /// Moves the clock by `seconds` of real time and returns what is to be shown if that changed, for whoever poses the avatar elsewhere.
     pub fn step(&mut self, seconds: f64) -> Option<&(Pose, Options)> {
         self.clock.advance(seconds);
-        let wanted = (self.pose(), self.options);
-        if self.shown.as_ref() == Some(&wanted) {
+        let wanted = (self.pose(), self.frame_options());
+        if self.wanted.as_ref() == Some(&wanted) {
             return None;
         }
-        Some(self.shown.insert(wanted))
+        Some(self.wanted.insert(wanted))
     }
 
-    /// Moves the clock by `seconds` of real time and poses the avatar if pose or options changed. Returns whether they did.
-    pub fn advance(&mut self, seconds: f64) -> bool {
+    /// What was to be shown last.
+    pub fn wanted(&self) -> Option<&(Pose, Options)> {
+        self.wanted.as_ref()
+    }
+
+    /// Forgets what was shown: the next frame is posed anew, by whoever poses then.
+    pub fn pose_again(&mut self) {
+        self.wanted = None;
+    }
+
+    /// Moves the clock by `seconds` of real time and poses the avatar if pose or options changed: then its new mesh is returned.
+    /// Where that is not finite the error is returned, once for each pose, and nothing may be shown of it. `observe` hears of each part of the
+    /// frame when it is done.
+    pub fn advance(
+        &mut self,
+        seconds: f64,
+        observe: &mut dyn FnMut(Part),
+    ) -> Result<Option<Posed<'_>>, NotFiniteError> {
         if self.step(seconds).is_none() {
-            return false;
+            return Ok(None);
         }
-        let Some((pose, options)) = &self.shown else { return false };
-        let positions = self.animator.animate(pose, options);
+        let Some((pose, options)) = &self.wanted else { return Ok(None) };
+        let options = Options { warm_start: options.warm_start && !self.cold, ..*options };
+        let positions = self.animator.animate_observed(pose, &options, observe);
+        let count = positions.iter().filter(|position| !position.is_finite()).count();
+        self.cold = count > 0;
+        if count > 0 {
+            let (avatar, seconds) = (self.avatar.name.clone(), self.clock.seconds());
+            return Err(NotFiniteError { avatar, count, seconds });
+        }
         self.positions.clear();
         self.positions.extend_from_slice(positions);
         self.normals.resize(self.positions.len(), Vec3A::ZERO);
-        vertex_normals(&self.positions, self.animator.triangles(), &mut self.normals);
-        true
+        let subdivision = self.animator.subdivision();
+        vertex_normals(&self.positions, subdivision.triangles(options.level), &mut self.normals);
+        let coarser = subdivision.level_count() - options.level;
+        Ok(Some(Posed { positions: &self.positions, normals: &self.normals, coarser }))
     }
 
-    /// Positions of the finest level after the last [`Self::advance`], metres. Empty before the first.
-    pub fn positions(&self) -> &[Vec3A] {
-        &self.positions
+    /// What a frame of the present quality asks for. A fixed quality depends on the pose alone; one that follows the machine starts the
+    /// solver from the last frames, as poses follow each other.
+    fn frame_options(&self) -> Options {
+        let quality = self.quality();
+        let finest = self.animator.subdivision().level_count();
+        let level = |coarser| finest.saturating_sub(coarser).clamp(*self.animator.levels().start(), finest);
+        Options {
+            stop: quality.stop,
+            warm_start: self.fixed_quality.is_none(),
+            level: level(quality.coarser_surface),
+            solve_level: level(quality.coarser_solve),
+            ..self.options
+        }
     }
 
-    /// Unit normals of the mesh that is shown, one for each position.
-    pub fn normals(&self) -> &[Vec3A] {
-        &self.normals
+    /// Keeps one of [`QUALITY_LEVELS`], or lets quality follow the machine.
+    pub fn set_quality(&mut self, level: Option<usize>) {
+        self.fixed_quality = level;
+        self.controller = QualityController::default();
+    }
+
+    /// The level of quality of the next frame.
+    pub fn quality(&self) -> &'static QualityLevel {
+        &QUALITY_LEVELS[self.fixed_quality.unwrap_or(self.controller.level()).min(QUALITY_LEVELS.len() - 1)]
+    }
+
+    /// Tells what a frame cost that followed on another: seconds between the two, and seconds of work.
+    pub fn count_frame(&mut self, interval: f64, work: f64) {
+        if self.fixed_quality.is_none() {
+            self.controller.frame(interval, work);
+        }
+    }
+
+    /// Iterations of the solver in the last frame.
+    pub fn iterations(&self) -> u32 {
+        self.animator.iterations()
     }
 
     /// Vertices of the finest level.
@@ -158,6 +245,74 @@ fn check_joints(motion: &Motion, expected: usize) -> Result<(), JointCountError>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(feature = "factor")]
+    fn fixture() -> Player {
+        Player::new(Arc::new(crate::fixture::compact_avatar())).unwrap()
+    }
+
+    #[cfg(feature = "factor")]
+    fn advance(player: &mut Player, seconds: f64) -> Result<Option<Posed<'_>>, NotFiniteError> {
+        player.advance(seconds, &mut |_| ())
+    }
+
+    /// A detail that no number can hold.
+    #[cfg(feature = "factor")]
+    const BEYOND: f32 = f32::MAX;
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn only_what_changes_is_posed_again() {
+        let mut player = fixture();
+        assert!(advance(&mut player, 0.0).unwrap().is_some());
+        assert!(advance(&mut player, 1.0).unwrap().is_none(), "it stands");
+        player.options.detail = 0.5;
+        assert!(advance(&mut player, 0.0).unwrap().is_some());
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn a_surface_that_is_not_finite_is_an_error_once_and_leaves_no_trace() {
+        let mut player = fixture();
+        let before = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
+        player.options.detail = BEYOND;
+        let error = advance(&mut player, 0.0).unwrap_err();
+        assert!(error.count > 0 && error.to_string().contains("finite"), "{error}");
+        assert_eq!(advance(&mut player, 0.0), Ok(None), "said once");
+        player.options.detail = 1.0;
+        let after = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
+        assert_eq!(after, before, "the solver starts afresh");
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn a_fixed_quality_gives_the_same_mesh_whatever_was_before() {
+        let mut player = fixture();
+        for level in 0..QUALITY_LEVELS.len() {
+            player.set_quality(Some(level));
+            player.options.detail = 1.0;
+            let first = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
+            player.options.detail = 2.0;
+            advance(&mut player, 0.0).unwrap();
+            player.options.detail = 1.0;
+            assert_eq!(advance(&mut player, 0.0).unwrap().unwrap().positions, first, "{}", QUALITY_LEVELS[level].name);
+        }
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn neighbouring_levels_of_quality_look_alike() {
+        let mut player = fixture();
+        let mut better: Vec<Vec3A> = Vec::new();
+        for level in 0..QUALITY_LEVELS.len() {
+            player.set_quality(Some(level));
+            let positions = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
+            // Levels of the mesh begin with the vertices of the coarser one.
+            let furthest = positions.iter().zip(&better).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+            assert!(furthest < 0.01, "{}: {furthest} m", QUALITY_LEVELS[level].name);
+            better = positions;
+        }
+    }
 
     fn motion(joint_counts: &[usize]) -> Motion {
         Motion {

@@ -1,9 +1,10 @@
 //! The figure's base colour: an sRGB texture with mipmaps.
 
+use super::shader_sources;
 use wgpu::*;
 
-/// WGSL of the pass that halves a level.
-pub(super) const SOURCE: &str = include_str!("mipmap.wgsl");
+/// Most texels that one look at the texture may average where it is seen at a slant.
+pub const ANISOTROPY: u16 = 8;
 
 /// Texels are sRGB; shaders read linear.
 pub(super) const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -64,7 +65,7 @@ impl Albedo {
             mag_filter: FilterMode::Linear,
             min_filter: FilterMode::Linear,
             mipmap_filter: MipmapFilterMode::Linear,
-            anisotropy_clamp: 8,
+            anisotropy_clamp: ANISOTROPY,
             ..Default::default()
         });
         Self { view: texture.create_view(&TextureViewDescriptor::default()), sampler }
@@ -87,7 +88,7 @@ fn texture(device: &Device, width: u32, height: u32) -> Texture {
 fn make_mipmaps(device: &Device, queue: &Queue, texture: &Texture) {
     let module = device.create_shader_module(ShaderModuleDescriptor {
         label: Some("mipmap"),
-        source: ShaderSource::Wgsl(SOURCE.into()),
+        source: ShaderSource::Wgsl(shader_sources::MIPMAP.into()),
     });
     let pipeline = device.create_render_pipeline(&RenderPipelineDescriptor {
         label: Some("mipmap"),

@@ -1,10 +1,7 @@
 //! What is behind the figure: a soft gradient, and a floor that fades into it and takes the shadows.
 
-use super::targets;
+use super::{shader_sources, targets};
 use wgpu::*;
-
-/// WGSL of both passes.
-pub(super) const SOURCE: &str = concat!(include_str!("globals.wgsl"), include_str!("backdrop.wgsl"));
 
 /// The two pipelines.
 pub(super) struct Backdrop {
@@ -16,7 +13,7 @@ impl Backdrop {
     pub fn new(device: &Device, globals: &BindGroupLayout, format: TextureFormat) -> Self {
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some("backdrop"),
-            source: ShaderSource::Wgsl(SOURCE.into()),
+            source: ShaderSource::Wgsl(shader_sources::BACKDROP.into()),
         });
         let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
             label: Some("backdrop"),

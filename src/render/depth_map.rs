@@ -1,11 +1,10 @@
 //! The figure's depth as a light sees it: the key light's shadow map, and the map from beneath the floor.
 
 use super::figure::{self, Figure};
+use super::light::MapSize;
+use super::shader_sources;
 use glam::Mat4;
 use wgpu::*;
-
-/// WGSL of the pass.
-pub(super) const SOURCE: &str = concat!(include_str!("surface_vertex.wgsl"), include_str!("depth_map.wgsl"));
 
 const FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
@@ -14,8 +13,6 @@ pub(super) struct DepthMap {
     label: &'static str,
     /// For sampling.
     pub view: TextureView,
-    /// Texels a side.
-    pub size: u32,
     /// How many levels coarser than the finest the figure may be here.
     coarser: usize,
     matrix: Buffer,
@@ -24,16 +21,10 @@ pub(super) struct DepthMap {
 }
 
 impl DepthMap {
-    pub fn new(
-        device: &Device,
-        label: &'static str,
-        size: u32,
-        coarser: usize,
-        figure_layout: &BindGroupLayout,
-    ) -> Self {
+    pub fn new(device: &Device, label: &'static str, size: MapSize, figure_layout: &BindGroupLayout) -> Self {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some(label),
-            size: Extent3d { width: size, height: size, depth_or_array_layers: 1 },
+            size: Extent3d { width: size.texels, height: size.texels, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: TextureDimension::D2,
@@ -69,16 +60,22 @@ impl DepthMap {
         Self {
             label,
             view: texture.create_view(&TextureViewDescriptor::default()),
-            size,
-            coarser,
+            coarser: size.coarser,
             matrix,
             group,
             pipeline,
         }
     }
 
-    /// Fills the map with `figure` seen through `clip_from_world`.
-    pub fn draw(&self, queue: &Queue, encoder: &mut CommandEncoder, figure: &Figure, clip_from_world: Mat4) {
+    /// Fills the map with `figure`, `coarser` levels coarser at least, seen through `clip_from_world`.
+    pub fn draw(
+        &self,
+        queue: &Queue,
+        encoder: &mut CommandEncoder,
+        figure: &Figure,
+        coarser: usize,
+        clip_from_world: Mat4,
+    ) {
         queue.write_buffer(&self.matrix, 0, bytemuck::bytes_of(&clip_from_world));
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some(self.label),
@@ -91,13 +88,15 @@ impl DepthMap {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);
-        figure.draw(&mut pass, self.coarser);
+        figure.draw(&mut pass, self.coarser.max(coarser));
     }
 }
 
 fn pipeline(device: &Device, label: &str, layout: &BindGroupLayout, figure_layout: &BindGroupLayout) -> RenderPipeline {
-    let module = device
-        .create_shader_module(ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(SOURCE.into()) });
+    let module = device.create_shader_module(ShaderModuleDescriptor {
+        label: Some(label),
+        source: ShaderSource::Wgsl(shader_sources::DEPTH_MAP.into()),
+    });
     let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
         label: Some(label),
         bind_group_layouts: &[Some(layout), Some(figure_layout)],

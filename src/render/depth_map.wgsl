@@ -3,5 +3,5 @@
 
 @vertex
 fn vertex(@location(0) body_vertex: u32) -> @builtin(position) vec4f {
-    return clip_from_world * vec4f(unpack_position(figure_vertices[body_vertex]), 1.0);
+    return clip_from_world * vec4f(unpack_position(figure_vertex(body_vertex)), 1.0);
 }

@@ -2,16 +2,12 @@
 
 use super::albedo::Albedo;
 use super::drawn_surface::{DrawnSurface, DrawnVertex};
+use super::scene::Scene;
 use super::surface_vertex::SurfaceVertex;
-use super::targets;
-use glam::Vec3A;
+use super::{shader_sources, targets};
 use std::mem::offset_of;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::*;
-
-/// WGSL of the pass.
-pub(super) const SOURCE: &str =
-    concat!(include_str!("globals.wgsl"), include_str!("surface_vertex.wgsl"), include_str!("figure.wgsl"));
 
 /// Attributes of a [`DrawnVertex`], in its order.
 pub(super) const VERTEX_ATTRIBUTES: [VertexAttribute; 3] = [
@@ -72,7 +68,8 @@ pub(super) struct Figure {
     /// Triangles of each level and how many indices they are, level 0 first.
     levels: Vec<(Buffer, u32)>,
     vertices: Buffer,
-    staging: Vec<SurfaceVertex>,
+    /// Revision of the scene whose vertices were uploaded last.
+    revision: u32,
     group: BindGroup,
 }
 
@@ -107,7 +104,7 @@ impl Figure {
             levels: levels.collect(),
             group: group(device, layout, &vertices, albedo),
             vertices,
-            staging: Vec::new(),
+            revision: 0,
         }
     }
 
@@ -121,12 +118,14 @@ impl Figure {
         &self.vertices
     }
 
-    /// Uploads this frame's positions (metres) and unit normals, one each for every vertex of the body's finest level.
-    pub fn update(&mut self, queue: &Queue, positions: &[Vec3A], normals: &[Vec3A]) {
-        self.staging.clear();
-        let pairs = positions.iter().zip(normals);
-        self.staging.extend(pairs.map(|(&position, &normal)| SurfaceVertex::new(position, normal)));
-        queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&self.staging));
+    /// Uploads the vertices of `scene` unless they are there already.
+    pub fn update(&mut self, queue: &Queue, scene: &Scene) {
+        if self.revision != scene.revision() {
+            if !scene.vertices().is_empty() {
+                queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(scene.vertices()));
+            }
+            self.revision = scene.revision();
+        }
     }
 
     /// Draws the triangles of the level `coarser` levels below the finest (of level 0 where there are fewer) with the pass's pipeline.
@@ -161,7 +160,7 @@ pub(super) fn pipeline(
 ) -> RenderPipeline {
     let module = device.create_shader_module(ShaderModuleDescriptor {
         label: Some("figure"),
-        source: ShaderSource::Wgsl(SOURCE.into()),
+        source: ShaderSource::Wgsl(shader_sources::FIGURE.into()),
     });
     let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
         label: Some("figure"),

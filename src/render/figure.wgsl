@@ -16,7 +16,7 @@ fn vertex(
     @location(1) texture_coordinates: vec2f,
     @location(2) colour: vec4f,
 ) -> Fragment {
-    let packed = figure_vertices[body_vertex];
+    let packed = figure_vertex(body_vertex);
     let position = unpack_position(packed);
     return Fragment(
         globals.clip_from_world * vec4f(position, 1.0),

@@ -1,7 +1,7 @@
 //! What every pass of the picture shares: camera, lights, maps, colours.
 
 use super::camera::OrbitCamera;
-use super::light::{self, Bounds, KEY_DIRECTION};
+use super::light::{self, Bounds, KEY_DIRECTION, KEY_MAP};
 use glam::{Mat4, Vec3};
 
 /// Colours around the figure. Linear RGB.
@@ -34,36 +34,41 @@ impl Theme {
     };
 }
 
-/// Host twin of `Globals` in globals.wgsl.
+/// Host twin of `Globals` in globals.wgsl, byte for byte.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(super) struct Globals {
-    pub clip_from_world: Mat4,
-    pub key_from_world: Mat4,
-    pub below_from_world: Mat4,
-    pub eye: Vec3,
-    pub key_texel: f32,
-    pub key_direction: Vec3,
-    pub key_depth: f32,
-    pub key_colour: Vec3,
-    pub below_width: f32,
-    pub sky_colour: Vec3,
-    pub floor_radius: f32,
-    pub bounce_colour: Vec3,
-    pub shadow_strength: f32,
-    pub rim_colour: Vec3,
-    pub floor_x: f32,
-    pub floor_colour: Vec3,
-    pub floor_z: f32,
-    pub backdrop_low: Vec3,
-    pub padding_0: f32,
-    pub backdrop_high: Vec3,
-    pub padding_1: f32,
+pub struct Globals {
+    pub(super) clip_from_world: Mat4,
+    pub(super) key_from_world: Mat4,
+    pub(super) below_from_world: Mat4,
+    pub(super) eye: Vec3,
+    pub(super) key_texel: f32,
+    pub(super) key_direction: Vec3,
+    pub(super) key_depth: f32,
+    pub(super) key_colour: Vec3,
+    pub(super) below_width: f32,
+    pub(super) sky_colour: Vec3,
+    pub(super) floor_radius: f32,
+    pub(super) bounce_colour: Vec3,
+    pub(super) shadow_strength: f32,
+    pub(super) rim_colour: Vec3,
+    pub(super) floor_x: f32,
+    pub(super) floor_colour: Vec3,
+    pub(super) floor_z: f32,
+    pub(super) backdrop_low: Vec3,
+    pub(super) padding_0: f32,
+    pub(super) backdrop_high: Vec3,
+    pub(super) padding_1: f32,
 }
 
 impl Globals {
-    /// For a figure within `bounds`, seen by `camera` in a picture of `aspect` = width / height, with a key map of `key_size` texels.
-    pub fn new(camera: &OrbitCamera, aspect: f32, bounds: Bounds, theme: &Theme, key_size: u32) -> Self {
+    /// Byte offset of the key light's matrix: the one with which its map is drawn.
+    pub const KEY_MATRIX_OFFSET: usize = std::mem::offset_of!(Self, key_from_world);
+    /// Byte offset of the matrix of the map from beneath.
+    pub const BELOW_MATRIX_OFFSET: usize = std::mem::offset_of!(Self, below_from_world);
+
+    /// For a figure within `bounds`, seen by `camera` in a picture of `aspect` = width / height.
+    pub(super) fn new(camera: &OrbitCamera, aspect: f32, bounds: Bounds, theme: &Theme) -> Self {
         let key_from_world = light::key_from_world(bounds);
         let below_from_world = light::below_from_world(bounds);
         Self {
@@ -71,7 +76,7 @@ impl Globals {
             key_from_world,
             below_from_world,
             eye: camera.eye(aspect),
-            key_texel: light::texel_metres(key_from_world, key_size),
+            key_texel: light::texel_metres(key_from_world, KEY_MAP.texels),
             key_direction: KEY_DIRECTION.normalize(),
             key_depth: 4.0 * bounds.radius(),
             key_colour: 2.3 * Vec3::new(1.0, 0.965, 0.91),

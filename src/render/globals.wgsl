@@ -29,8 +29,10 @@ struct Globals {
 
 @group(0) @binding(0) var<uniform> globals: Globals;
 @group(0) @binding(1) var key_map: texture_depth_2d;
-@group(0) @binding(2) var below_map: texture_depth_2d;
-@group(0) @binding(3) var nearer: sampler_comparison;
+// The same map for reading single texels: WebGL2 has one kind of access for each texture.
+@group(0) @binding(2) var key_depths: texture_2d<f32>;
+@group(0) @binding(3) var below_depths: texture_2d<f32>;
+@group(0) @binding(4) var nearer: sampler_comparison;
 
 const GOLDEN_ANGLE = 2.39996323;
 
@@ -50,9 +52,9 @@ fn texture_space(clip: vec2f) -> vec2f {
     return clip * vec2f(0.5, -0.5) + 0.5;
 }
 
-fn load_depth(map: texture_depth_2d, place: vec2f) -> f32 {
+fn load_depth(map: texture_2d<f32>, place: vec2f) -> f32 {
     let size = vec2f(textureDimensions(map));
-    return textureLoad(map, vec2u(clamp(place * size, vec2f(0.0), size - 1.0)), 0);
+    return textureLoad(map, vec2u(clamp(place * size, vec2f(0.0), size - 1.0)), 0).x;
 }
 
 // Share of the key light that reaches `position` (metres): the further the blocker, the softer the shadow (Fernando 2005, PCSS).
@@ -70,7 +72,7 @@ fn key_visibility(position: vec3f, pixel: vec2f, softest: f32) -> f32 {
     var gap = 0.0;
     var blockers = 0.0;
     for (var i = 0u; i < 8u; i++) {
-        let blocker = load_depth(key_map, place + search * vogel_disc(i, 8u, turn));
+        let blocker = load_depth(key_depths, place + search * vogel_disc(i, 8u, turn));
         if blocker < depth {
             gap += depth - blocker;
             blockers += 1.0;
@@ -100,7 +102,7 @@ fn floor_openness(position: vec3f, pixel: vec2f) -> f32 {
     var closed = 0.0;
     for (var i = 0u; i < 16u; i++) {
         let offset = vogel_disc(i, 16u, turn);
-        let height = load_depth(below_map, place + reach * offset);
+        let height = load_depth(below_depths, place + reach * offset);
         let near = 1.0 - height;
         closed += near * near * near * (1.0 - 0.7 * length(offset));
     }

@@ -8,6 +8,20 @@ pub(super) const KEY_DIRECTION: Vec3 = Vec3::new(-0.55, 0.70, 0.56);
 /// Up to this height above the floor, metres, the figure darkens the floor beneath it.
 pub(super) const CONTACT_HEIGHT: f32 = 0.35;
 
+/// How finely a light sees the figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MapSize {
+    /// Texels a side.
+    pub texels: u32,
+    /// Levels by which the figure may be coarser here than in the picture's finest form.
+    pub coarser: usize,
+}
+
+/// The key light's shadow map.
+pub const KEY_MAP: MapSize = MapSize { texels: 2048, coarser: 1 };
+/// The map from beneath the floor.
+pub const BELOW_MAP: MapSize = MapSize { texels: 256, coarser: 2 };
+
 /// A box around the figure, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {

@@ -1,7 +1,8 @@
 //! Drawing: a lit, textured figure with soft shadows on a floor, through wgpu, within WebGPU's baseline.
 //!
-//! [`Renderer`] takes a device, a queue and a target format. Surfaces, windows and canvases are its caller's business, so that it draws
-//! to a texture as well as to a page. Space is metres, y up, the floor at y = 0. Colour is linear until a shader
+//! A [`Scene`] is what there is to see, for any device. [`Renderer`] draws it through wgpu: it takes a device, a queue and a target format.
+//! Surfaces, windows and canvases are its caller's business, so that it draws to a texture as well as to a page. Where there is no WebGPU,
+//! web/ draws the same scene through WebGL2, with the same shaders in GLSL. Space is metres, y up, the floor at y = 0. Colour is linear until a shader
 //! encodes it as sRGB at its end.
 
 mod albedo;
@@ -13,16 +14,24 @@ mod figure;
 mod globals;
 mod light;
 mod renderer;
+mod scene;
 #[cfg(all(target_arch = "wasm32", feature = "web"))]
 pub mod screen;
+mod shader_sources;
 mod surface_vertex;
 mod targets;
 
 #[cfg(test)]
 mod shader_tests;
+#[cfg(test)]
+mod webgl2_shader_sources;
 
-pub use albedo::Albedo;
+pub use albedo::{ANISOTROPY, Albedo};
 pub use camera::{Orbit, OrbitCamera};
 pub use drawn_surface::{DrawnSurface, DrawnVertex};
-pub use globals::Theme;
+pub use globals::{Globals, Theme};
+pub use light::{BELOW_MAP, KEY_MAP, MapSize};
 pub use renderer::Renderer;
+pub use scene::Scene;
+pub use surface_vertex::SurfaceVertex;
+pub use targets::SAMPLE_COUNT;

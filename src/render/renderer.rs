@@ -2,18 +2,14 @@
 
 use super::albedo::Albedo;
 use super::backdrop::Backdrop;
-use super::camera::OrbitCamera;
 use super::depth_map::DepthMap;
 use super::drawn_surface::DrawnSurface;
 use super::figure::{self, Figure};
-use super::globals::{Globals, Theme};
-use super::light::Bounds;
+use super::globals::Globals;
+use super::light::{BELOW_MAP, KEY_MAP};
+use super::scene::Scene;
 use super::targets::Targets;
-use glam::Vec3A;
 use wgpu::*;
-
-const KEY_MAP_SIZE: u32 = 2048;
-const BELOW_MAP_SIZE: u32 = 256;
 
 /// Draws one figure into textures of one format.
 pub struct Renderer {
@@ -28,7 +24,6 @@ pub struct Renderer {
     backdrop: Backdrop,
     figure_pipeline: RenderPipeline,
     figure: Figure,
-    bounds: Bounds,
     targets: Option<Targets>,
 }
 
@@ -45,8 +40,8 @@ impl Renderer {
     ) -> Self {
         let figure_layout = figure::group_layout(&device);
         let globals_layout = globals_layout(&device);
-        let key_map = DepthMap::new(&device, "key light's map", KEY_MAP_SIZE, 1, &figure_layout);
-        let below_map = DepthMap::new(&device, "map from beneath", BELOW_MAP_SIZE, 2, &figure_layout);
+        let key_map = DepthMap::new(&device, "key light's map", KEY_MAP, &figure_layout);
+        let below_map = DepthMap::new(&device, "map from beneath", BELOW_MAP, &figure_layout);
         let globals = device.create_buffer(&BufferDescriptor {
             label: Some("globals"),
             size: size_of::<Globals>() as u64,
@@ -59,7 +54,6 @@ impl Renderer {
             backdrop: Backdrop::new(&device, &globals_layout, format),
             figure_pipeline: figure::pipeline(&device, &globals_layout, &figure_layout, format),
             figure: Figure::new(&device, &figure_layout, surface, vertex_count, &albedo),
-            bounds: Bounds::of(&[]),
             targets: None,
             device,
             queue,
@@ -76,42 +70,32 @@ impl Renderer {
         self.figure.set_albedo(&self.device, &self.figure_layout, albedo);
     }
 
-    /// Takes the figure's positions (metres) and unit normals, one each for every vertex of the body's finest level.
-    pub fn set_vertices(&mut self, positions: &[Vec3A], normals: &[Vec3A]) {
-        self.bounds = Bounds::of(positions);
-        self.figure.update(&self.queue, positions, normals);
-    }
-
     /// The buffer that the figure is drawn from: 16 bytes a vertex, position and octahedral normal. Whoever fills it on the GPU tells
-    /// where the figure is with [`Self::set_outline`].
+    /// the scene where the figure is with [`Scene::set_outline`].
     pub fn vertices(&self) -> &Buffer {
         self.figure.vertices()
     }
 
-    /// Points whose box holds the figure.
-    pub fn set_outline(&mut self, points: &[Vec3A]) {
-        self.bounds = Bounds::of(points);
-    }
-
-    /// Draws a picture of `size` = (width, height) pixels, neither zero, into `target`.
-    pub fn draw(&mut self, target: &TextureView, size: [u32; 2], camera: &OrbitCamera, theme: &Theme) {
+    /// Draws a picture of `scene`, `size` = (width, height) pixels, neither zero, into `target`.
+    pub fn draw(&mut self, target: &TextureView, size: [u32; 2], scene: &Scene) {
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             self.targets = Some(Targets::new(&self.device, size, self.format));
         }
         let Some(targets) = &self.targets else { return };
         let aspect = size[0] as f32 / size[1] as f32;
-        let globals = Globals::new(camera, aspect, self.bounds, theme, self.key_map.size);
+        self.figure.update(&self.queue, scene);
+        let globals = scene.globals(aspect);
         self.queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
 
         let mut encoder = self.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("picture") });
-        self.key_map.draw(&self.queue, &mut encoder, &self.figure, globals.key_from_world);
-        self.below_map.draw(&self.queue, &mut encoder, &self.figure, globals.below_from_world);
+        self.key_map.draw(&self.queue, &mut encoder, &self.figure, scene.coarser(), globals.key_from_world);
+        self.below_map.draw(&self.queue, &mut encoder, &self.figure, scene.coarser(), globals.below_from_world);
         {
             let mut pass = targets.begin_pass(&mut encoder, target);
             pass.set_bind_group(0, &self.globals_group, &[]);
             self.backdrop.draw(&mut pass);
             pass.set_pipeline(&self.figure_pipeline);
-            self.figure.draw(&mut pass, 0);
+            self.figure.draw(&mut pass, scene.coarser());
         }
         self.queue.submit([encoder.finish()]);
     }
@@ -133,6 +117,11 @@ fn globals_layout(device: &Device) -> BindGroupLayout {
         view_dimension: TextureViewDimension::D2,
         multisampled: false,
     };
+    let depths = BindingType::Texture {
+        sample_type: TextureSampleType::Float { filterable: false },
+        view_dimension: TextureViewDimension::D2,
+        multisampled: false,
+    };
     let uniform =
         BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
     let entry = |binding, visibility, ty| BindGroupLayoutEntry { binding, visibility, ty, count: None };
@@ -141,8 +130,9 @@ fn globals_layout(device: &Device) -> BindGroupLayout {
         entries: &[
             entry(0, ShaderStages::VERTEX_FRAGMENT, uniform),
             entry(1, ShaderStages::FRAGMENT, depth_map),
-            entry(2, ShaderStages::FRAGMENT, depth_map),
-            entry(3, ShaderStages::FRAGMENT, BindingType::Sampler(SamplerBindingType::Comparison)),
+            entry(2, ShaderStages::FRAGMENT, depths),
+            entry(3, ShaderStages::FRAGMENT, depths),
+            entry(4, ShaderStages::FRAGMENT, BindingType::Sampler(SamplerBindingType::Comparison)),
         ],
     })
 }
@@ -167,8 +157,9 @@ fn globals_group(
         entries: &[
             BindGroupEntry { binding: 0, resource: globals.as_entire_binding() },
             BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&key_map.view) },
-            BindGroupEntry { binding: 2, resource: BindingResource::TextureView(&below_map.view) },
-            BindGroupEntry { binding: 3, resource: BindingResource::Sampler(&nearer) },
+            BindGroupEntry { binding: 2, resource: BindingResource::TextureView(&key_map.view) },
+            BindGroupEntry { binding: 3, resource: BindingResource::TextureView(&below_map.view) },
+            BindGroupEntry { binding: 4, resource: BindingResource::Sampler(&nearer) },
         ],
     })
 }

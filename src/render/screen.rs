@@ -1,7 +1,7 @@
 //! A canvas as something to draw on: WebGPU's adapter, device and surface, and what goes wrong with them.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wasm_bindgen::{JsCast, JsValue};
 use wgpu::*;
 
@@ -62,12 +62,9 @@ impl Screen {
             ..InstanceDescriptor::new_without_display_handle()
         })
         .await;
-        let surface =
-            instance.create_surface(target(canvas)?).map_err(|error| ScreenError::Canvas(error.to_string()))?;
         let adapter = instance
             .request_adapter(&RequestAdapterOptions {
                 power_preference: PowerPreference::HighPerformance,
-                compatible_surface: Some(&surface),
                 ..Default::default()
             })
             .await
@@ -80,6 +77,8 @@ impl Screen {
             .await
             .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
         let fault = watch(&device);
+        let surface =
+            instance.create_surface(target(canvas)?).map_err(|error| ScreenError::Canvas(error.to_string()))?;
         let configuration = configuration(&surface, &adapter)?;
         Ok(Self {
             surface,
@@ -154,8 +153,13 @@ impl Screen {
 
     /// The first error since the start, if there was one.
     pub fn check(&self) -> Result<(), ScreenError> {
-        let fault = self.fault.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        fault.clone().map_or(Ok(()), Err)
+        lock(&self.fault).clone().map_or(Ok(()), Err)
+    }
+
+    /// Loses the device as a driver's restart does, for tests.
+    pub fn lose(&self) {
+        self.device.destroy();
+        lock(&self.fault).get_or_insert(ScreenError::Lost("destroyed on demand".into()));
     }
 }
 
@@ -185,20 +189,21 @@ fn configuration(surface: &Surface<'_>, adapter: &Adapter) -> Result<SurfaceConf
     Ok(configuration)
 }
 
+fn lock(fault: &Fault) -> MutexGuard<'_, Option<ScreenError>> {
+    fault.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Keeps the first error of `device`.
 fn watch(device: &Device) -> Fault {
     let fault = Fault::default();
-    let keep = |fault: &Fault, error| {
-        fault.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
-    };
     let of_errors = fault.clone();
     device.on_uncaptured_error(Arc::new(move |error: Error| {
-        keep(&of_errors, ScreenError::Device(error.to_string()));
+        lock(&of_errors).get_or_insert(ScreenError::Device(error.to_string()));
     }));
     let of_loss = fault.clone();
     device.set_device_lost_callback(move |reason, message| {
         if reason != DeviceLostReason::Destroyed {
-            keep(&of_loss, ScreenError::Lost(message));
+            lock(&of_loss).get_or_insert(ScreenError::Lost(message));
         }
     });
     fault

@@ -1,16 +1,20 @@
 //! Every shader is valid WGSL at WebGPU's baseline, and host structures lie where the shaders expect them.
 
 use super::globals::Globals;
+use super::{shader_sources, webgl2_shader_sources};
 use crate::shader_check::{member_offsets, validate};
 use std::mem::offset_of;
 
 #[test]
 fn every_shader_is_valid_at_the_baseline() {
     let sources = [
-        ("figure", super::figure::SOURCE),
-        ("backdrop", super::backdrop::SOURCE),
-        ("depth map", super::depth_map::SOURCE),
-        ("mipmap", super::albedo::SOURCE),
+        ("figure", shader_sources::FIGURE),
+        ("figure, WebGL2", webgl2_shader_sources::FIGURE),
+        ("backdrop", shader_sources::BACKDROP),
+        ("backdrop, WebGL2", webgl2_shader_sources::BACKDROP),
+        ("depth map", shader_sources::DEPTH_MAP),
+        ("depth map, WebGL2", webgl2_shader_sources::DEPTH_MAP),
+        ("mipmap", shader_sources::MIPMAP),
     ];
     for (name, source) in sources {
         if let Err(message) = validate(source) {
@@ -29,7 +33,7 @@ fn globals_lie_where_the_shaders_expect_them() {
         sky_colour floor_radius bounce_colour shadow_strength rim_colour floor_x floor_colour floor_z backdrop_low
         backdrop_high
     );
-    let (shader, size) = member_offsets(super::figure::SOURCE, "Globals");
+    let (shader, size) = member_offsets(shader_sources::FIGURE, "Globals");
     assert_eq!(shader, host);
     assert_eq!(size, size_of::<Globals>());
 }

@@ -2,10 +2,10 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 
-/// Host twin of one `vec4u` of `figure_vertices` in surface_vertex.wgsl.
+/// Host twin of the `vec4u` that `figure_vertex` gives in the shaders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub(super) struct SurfaceVertex {
+pub struct SurfaceVertex {
     /// Metres.
     pub position: [f32; 3],
     /// Unit normal: octahedral, two signed 16-bit numbers.
@@ -13,6 +13,7 @@ pub(super) struct SurfaceVertex {
 }
 
 impl SurfaceVertex {
+    /// Packs a position (metres) and a unit normal.
     pub fn new(position: Vec3A, normal: Vec3A) -> Self {
         Self { position: position.to_array(), normal: pack_octahedral(normal.into()) }
     }

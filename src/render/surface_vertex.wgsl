@@ -1,6 +1,4 @@
-// The figure's vertices of this frame, by body vertex: xyz are the bits of the position in metres, w an octahedral normal.
-@group(1) @binding(0) var<storage, read> figure_vertices: array<vec4u>;
-
+// One vertex of the figure: xyz are the bits of the position in metres, w an octahedral normal. Host twin: `SurfaceVertex`.
 fn unpack_position(vertex: vec4u) -> vec3f {
     return bitcast<vec3f>(vertex.xyz);
 }

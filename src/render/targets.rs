@@ -2,7 +2,8 @@
 
 use wgpu::*;
 
-const SAMPLE_COUNT: u32 = 4;
+/// Samples a pixel.
+pub const SAMPLE_COUNT: u32 = 4;
 const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth24Plus;
 
 /// Depth testing of a pass of the picture.

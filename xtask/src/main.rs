@@ -11,9 +11,11 @@ mod progress;
 mod serve;
 mod setup;
 mod site;
+mod stills;
 mod test;
 mod toolchain;
 mod wasm;
+mod webgl2_shaders;
 mod workspace;
 
 use std::ffi::OsString;

@@ -92,16 +92,23 @@ pub fn require_motion(before: &Picture, after: &Picture) -> Result<()> {
     Ok(())
 }
 
+/// How far the channels of two pictures are apart, of 255, on average over all pixels.
+pub fn mean_absolute_difference(a: &Picture, b: &Picture) -> Result<f64> {
+    require_same_size(a, b)?;
+    let channels = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
+    let sum: u64 = channels.map(|(&first, &second)| u64::from(first.abs_diff(second))).sum();
+    Ok(sum as f64 / a.pixels.as_flattened().len() as f64)
+}
+
+fn require_same_size(a: &Picture, b: &Picture) -> Result<()> {
+    let same = (a.width, a.height) == (b.width, b.height);
+    ensure!(same, "the pictures differ in size: {} x {} and {} x {}", a.width, a.height, b.width, b.height);
+    Ok(())
+}
+
 /// Share of the pixels, 0 to 1, that differ by more than noise.
 fn changed_share(before: &Picture, after: &Picture) -> Result<f64> {
-    ensure!(
-        (before.width, before.height) == (after.width, after.height),
-        "the pictures differ in size: {} x {} and {} x {}",
-        before.width,
-        before.height,
-        after.width,
-        after.height
-    );
+    require_same_size(before, after)?;
     let differs =
         |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(b.iter()).any(|(&first, &second)| first.abs_diff(second) > NOISE);
     let changed = before.pixels.iter().zip(&after.pixels).filter(differs).count();
@@ -160,6 +167,14 @@ mod tests {
         after.pixels[..20].fill([0, 0, 0]);
         let error = require_motion(&before, &after).unwrap_err().to_string();
         assert!(error.contains("0.100 %"), "twenty pixels of 20 000: {error}");
+    }
+
+    #[test]
+    fn the_mean_difference_counts_every_channel() {
+        let mut other = plain([9, 9, 9]);
+        other.pixels[..10_000].fill([12, 9, 0]);
+        assert_eq!(mean_absolute_difference(&plain([9, 9, 9]), &plain([9, 9, 9])).unwrap(), 0.0);
+        assert_eq!(mean_absolute_difference(&plain([9, 9, 9]), &other).unwrap(), 2.0);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::toolchain::Toolchain;
-use crate::{browser, check, command, lint, progress, setup, wasm, workspace};
+use crate::{browser, check, command, lint, progress, setup, stills, wasm, workspace};
 
 /// The small page on which the whole way from pose to pixels is checked.
 const PAGE: &str = "tests/pages/tiny.html";
@@ -25,8 +25,10 @@ pub fn run() -> Result<()> {
     browser::lend_software_gpu(&mut native);
     step("native tests", native.arg("--workspace").args(lint::FEATURES))?;
     wasm(toolchain)?;
+    step("element's own tests", &mut wasm::npm_script("test"))?;
     progress::aloud("glTF validator", validate_glbs)?;
     progress::aloud("end-to-end page", end_to_end)?;
+    progress::aloud("pictures through every backend", stills::run)?;
     eprintln!("Everything passed.");
     Ok(())
 }

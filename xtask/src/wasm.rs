@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use crate::toolchain::Toolchain;
-use crate::{command, progress, workspace};
+use crate::{command, progress, webgl2_shaders, workspace};
 
 const MODULE: &str = "crease_bg.wasm";
 
@@ -30,16 +30,20 @@ pub fn build(toolchain: Toolchain) -> Result<()> {
     })?;
     let compiled = toolchain.output_folder("web").join("crease.wasm");
     let package = workspace::web().join("pkg");
-    if is_newer(&package.join(MODULE), &compiled) {
-        return Ok(());
+    if !is_newer(&package.join(MODULE), &compiled) {
+        bind_and_optimise(&compiled, &package)?;
     }
+    webgl2_shaders::write(&package)
+}
+
+fn bind_and_optimise(compiled: &Path, package: &Path) -> Result<()> {
     let aside = workspace::wasm_target().join("pkg");
     if aside.exists() {
         fs::remove_dir_all(&aside).with_context(|| format!("cannot clear {}", workspace::relative(&aside)))?;
     }
-    progress::quietly("Writing the bindings", || bind(&compiled, &aside))?;
+    progress::quietly("Writing the bindings", || bind(compiled, &aside))?;
     progress::quietly("Optimising the wasm module", || optimise(&aside.join(MODULE)))?;
-    replace(&aside, &package)
+    replace(&aside, package)
 }
 
 /// Compiles the element's TypeScript into web/dist/.

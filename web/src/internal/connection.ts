@@ -1,4 +1,3 @@
-import { StageError } from "./fetch.js";
 import type { Command, Report } from "./protocol.js";
 
 /** A stage, wherever it runs. */
@@ -7,8 +6,8 @@ export interface Connection {
   readonly thread: "worker" | "main";
   /** Sends a command. */
   send(command: Command): void;
-  /** Opens the avatar on `canvas`. */
-  open(canvas: HTMLCanvasElement, command: Omit<Command & { kind: "open" }, "canvas" | "kind">): void;
+  /** Gives it a canvas to draw on. */
+  giveCanvas(canvas: HTMLCanvasElement): void;
   /** Frees the GPU and the worker. */
   close(): void;
 }
@@ -16,32 +15,24 @@ export interface Connection {
 /** Milliseconds that a worker has to free the GPU before it is ended. */
 const FAREWELL = 500;
 
-/**
- * A stage in a worker, or on this thread where workers have no WebGPU or no canvas. Throws `unsupported` where there is no WebGPU at all.
- */
+/** Whether a thread has WebGPU: asked here, and of the worker by itself. */
+export async function hasWebGpu(): Promise<boolean> {
+  const { gpu } = navigator as Navigator & { gpu?: { requestAdapter(): Promise<unknown> } };
+  return (await gpu?.requestAdapter().catch(() => null)) != null;
+}
+
+/** A stage in a worker, or on this thread where workers have no canvas, or no WebGPU although this thread has it. */
 export async function connect(onReport: (report: Report) => void): Promise<Connection> {
   const worker = await connectWorker(onReport);
   if (worker) return worker;
-  const { hasWebGpu, Stage } = await import("./stage.js");
-  if (!(await hasWebGpu())) {
-    throw new StageError("unsupported", reasonWithoutWebGpu());
-  }
+  const { Stage } = await import("./stage.js");
   const stage = new Stage(onReport);
   return {
     thread: "main",
     send: (command) => stage.handle(command),
-    open: (canvas, command) => stage.handle({ kind: "open", canvas, ...command }),
+    giveCanvas: (canvas) => stage.handle({ kind: "canvas", canvas }),
     close: () => stage.handle({ kind: "close" }),
   };
-}
-
-function reasonWithoutWebGpu(): string {
-  if (!("gpu" in navigator)) {
-    return isSecureContext
-      ? "This browser has no WebGPU, which draws the figure."
-      : "WebGPU, which draws the figure, needs a page served over HTTPS or from localhost.";
-  }
-  return "WebGPU, which draws the figure, found no usable graphics adapter on this machine.";
 }
 
 async function connectWorker(onReport: (report: Report) => void): Promise<Connection | null> {
@@ -52,30 +43,31 @@ async function connectWorker(onReport: (report: Report) => void): Promise<Connec
   } catch {
     return null;
   }
-  const capable = await new Promise<boolean>((resolve) => {
+  const capability = await new Promise<(Report & { kind: "capability" }) | null>((resolve) => {
     worker.onmessage = (event: MessageEvent<Report>) => {
-      if (event.data.kind === "capability") resolve(event.data.webgpu);
+      if (event.data.kind === "capability") resolve(event.data);
     };
     worker.onerror = (event) => {
       event.preventDefault();
-      resolve(false);
+      resolve(null);
     };
   });
-  if (!capable) {
+  if (!capability?.animationFrames || (!capability.webgpu && (await hasWebGpu()))) {
     worker.terminate();
     return null;
   }
   worker.onmessage = (event: MessageEvent<Report>) => onReport(event.data);
   worker.onerror = (event) => {
     event.preventDefault();
-    onReport({ kind: "failed", failure: { code: "internal", message: event.message, url: event.filename || null } });
+    const failure = { code: "internal", message: event.message, url: event.filename || null } as const;
+    onReport({ kind: "failed", failure, fatal: true });
   };
   return {
     thread: "worker",
     send: (command) => worker.postMessage(command),
-    open: (canvas, command) => {
-      const offscreen = canvas.transferControlToOffscreen();
-      worker.postMessage({ kind: "open", canvas: offscreen, ...command } satisfies Command, [offscreen]);
+    giveCanvas: (element) => {
+      const canvas = element.transferControlToOffscreen();
+      worker.postMessage({ kind: "canvas", canvas } satisfies Command, [canvas]);
     },
     close: () => {
       worker.onmessage = null;

@@ -1,32 +1,10 @@
-import type { ErrorCode, Failure } from "./protocol.js";
+import { StageError } from "./errors.js";
 
-/** An error that knows its code and the file it is about. */
-export class StageError extends Error {
-  override readonly name = "StageError";
-  readonly code: ErrorCode;
-  readonly url: string | null;
+/** Bytes that have come, and bytes that will have come, where the server says so. */
+export type OnBytes = (loaded: number, total: number | null) => void;
 
-  constructor(code: ErrorCode, message: string, url: string | null = null) {
-    super(message);
-    this.code = code;
-    this.url = url;
-  }
-}
-
-/** Any thrown value as a failure; errors out of the wasm module carry their own code. */
-export function failureOf(thrown: unknown, url: string | null): Failure {
-  if (thrown instanceof StageError) {
-    return { code: thrown.code, message: thrown.message, url: thrown.url ?? url };
-  }
-  if (thrown instanceof Error) {
-    const code = (thrown as Error & { code?: ErrorCode }).code;
-    return { code: typeof code === "string" ? code : "internal", message: thrown.message, url };
-  }
-  return { code: "internal", message: String(thrown), url };
-}
-
-/** The bytes at `url`. */
-export async function fetchBytes(url: string): Promise<Uint8Array> {
+/** The bytes at `url`; tells of every piece that arrives. */
+export async function fetchBytes(url: string, onBytes: OnBytes = () => {}): Promise<Uint8Array> {
   let response: Response;
   try {
     response = await fetch(url);
@@ -36,7 +14,37 @@ export async function fetchBytes(url: string): Promise<Uint8Array> {
   if (!response.ok) {
     throw new StageError("network", `${url}: expected a file, found status ${response.status}`, url);
   }
-  return new Uint8Array(await response.arrayBuffer());
+  try {
+    return await collect(response, onBytes);
+  } catch (thrown) {
+    throw new StageError("network", `${url}: the download broke off: ${String(thrown)}`, url);
+  }
+}
+
+/** The body of `response` as it arrives. A compressed body is longer than its header says; then the length is unknown. */
+export async function collect(response: Response, onBytes: OnBytes): Promise<Uint8Array> {
+  const encoded = (response.headers.get("content-encoding") ?? "identity") !== "identity";
+  const length = Number(response.headers.get("content-length") ?? "");
+  const total = !encoded && length > 0 ? length : null;
+  if (!response.body) return new Uint8Array(await response.arrayBuffer());
+  let bytes = new Uint8Array(total ?? 1 << 16);
+  let loaded = 0;
+  const reader = response.body.getReader();
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    if (loaded + value.length > bytes.length) bytes = grown(bytes, loaded + value.length);
+    bytes.set(value, loaded);
+    loaded += value.length;
+    onBytes(loaded, total);
+  }
+  return bytes.subarray(0, loaded);
+}
+
+function grown(bytes: Uint8Array, least: number): Uint8Array<ArrayBuffer> {
+  const larger = new Uint8Array(Math.max(least, 2 * bytes.length));
+  larger.set(bytes);
+  return larger;
 }
 
 /** The last part of a path, for messages. */

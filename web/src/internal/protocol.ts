@@ -3,6 +3,21 @@
 /** How far down the pipeline a frame goes. */
 export type View = "body" | "base" | "detailed";
 
+/** What computes and what draws. */
+export type Backend = "webgpu" | "webgpu+cpu" | "webgl2+cpu";
+
+/** A backend, or the best one that works. */
+export type BackendChoice = Backend | "auto";
+
+/** A level of quality by name, best first, or `auto`: the one that the machine holds. */
+export type QualityChoice = "auto" | "best" | "high" | "medium" | "low" | "lowest";
+
+/** What is drawn on. */
+export type Canvas = OffscreenCanvas | HTMLCanvasElement;
+
+/** What a load is doing. */
+export type Phase = "download" | "prepare";
+
 /** Colours around the figure. */
 export type Theme = "light" | "dark";
 
@@ -40,6 +55,8 @@ export interface Settings {
   readonly loop: boolean;
   readonly playbackRate: number;
   readonly motion: MotionSource | null;
+  readonly backend: BackendChoice;
+  readonly quality: QualityChoice;
 }
 
 /** A movement of the camera. Angles in radians, shares of the picture's height, factors. */
@@ -51,18 +68,18 @@ export type CameraMove =
 
 /** From the page to the stage. */
 export type Command =
-  | {
-      readonly kind: "open";
-      readonly canvas: OffscreenCanvas | HTMLCanvasElement;
-      readonly url: string;
-      readonly settings: Settings;
-    }
+  | { readonly kind: "open"; readonly url: string; readonly settings: Settings }
+  | { readonly kind: "canvas"; readonly canvas: Canvas }
   | { readonly kind: "settings"; readonly settings: Partial<Settings> }
   | { readonly kind: "resize"; readonly width: number; readonly height: number }
   | { readonly kind: "seek"; readonly seconds: number }
   | { readonly kind: "camera"; readonly move: CameraMove }
   | { readonly kind: "visible"; readonly visible: boolean }
+  | { readonly kind: "lose-device" }
   | { readonly kind: "close" };
+
+/** What posing consists of, in its order. */
+export const POSE_PARTS = ["deformation", "base", "laplacian", "residual", "solve", "surface"] as const;
 
 /** What a drawn frame tells. */
 export interface Frame {
@@ -71,14 +88,29 @@ export interface Frame {
   readonly ended: boolean;
   /** From the frame before, where that one was shown just before this one. */
   readonly intervalMilliseconds: number | null;
-  /** Networks, solve, normals and upload; null where only the camera moved. */
+  /** Networks, solve, normals and packing; null where only the camera moved. */
   readonly poseMilliseconds: number | null;
+  /** The parts of that, in the order of {@link POSE_PARTS}; null where only the camera moved. */
+  readonly partMilliseconds: readonly number[] | null;
+  /** Upload and the commands of all passes, on the CPU. */
+  readonly drawMilliseconds: number;
+  /** Iterations of the solver. */
+  readonly iterations: number;
+  /** Vertices of the mesh that is drawn. */
+  readonly vertices: number;
+  /** Level of quality that is shown. */
+  readonly quality: string;
+  /** Bytes of the wasm module's memory. */
+  readonly memoryBytes: number;
 }
 
 /** From the stage to the page. */
 export type Report =
-  | { readonly kind: "capability"; readonly webgpu: boolean }
-  | { readonly kind: "loaded"; readonly vertices: number; readonly backend: string }
+  | { readonly kind: "capability"; readonly webgpu: boolean; readonly animationFrames: boolean }
+  | { readonly kind: "canvas-wanted" }
+  | { readonly kind: "progress"; readonly phase: Phase; readonly loaded: number; readonly total: number | null }
+  | { readonly kind: "loaded"; readonly vertices: number }
+  | { readonly kind: "backend"; readonly backend: Backend }
   | {
       readonly kind: "motion";
       readonly url: string | null;
@@ -86,4 +118,5 @@ export type Report =
       readonly notes: readonly string[];
     }
   | { readonly kind: "frame"; readonly frame: Frame }
-  | { readonly kind: "failed"; readonly failure: Failure };
+  /** After a fatal failure nothing more is drawn. */
+  | { readonly kind: "failed"; readonly failure: Failure; readonly fatal: boolean };

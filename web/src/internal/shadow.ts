@@ -13,6 +13,7 @@ export class ShadowTree {
       :host([camera-controls]:active) { cursor: grabbing; }
       canvas { position: absolute; inset: 0; inline-size: 100%; block-size: 100%; opacity: 0; transition: opacity 0.35s; }
       canvas.shown { opacity: 1; }
+      canvas.at-once { transition: none; }
       .message { position: absolute; inset: 0; display: none; place-content: center; padding: 1.5rem; text-align: center; }
       .message.shown { display: grid; gap: 0.75rem; }
       .message p { margin: 0; max-inline-size: 32rem; }
@@ -27,23 +28,29 @@ export class ShadowTree {
     this.#root.append(style, message);
   }
 
-  /** A new canvas; one canvas serves one attempt only. */
+  /** A new canvas; one canvas serves one painter only. The last picture stays until there is one on the new canvas. */
   newCanvas(): HTMLCanvasElement {
-    this.removeCanvas();
+    if (this.#canvas && !this.#canvas.classList.contains("shown")) this.#canvas.remove();
     this.#canvas = document.createElement("canvas");
     this.#canvas.setAttribute("aria-hidden", "true");
     this.#root.append(this.#canvas);
     return this.#canvas;
   }
 
-  /** Takes the canvas away. */
+  /** Takes all canvases away. */
   removeCanvas(): void {
-    this.#canvas?.remove();
+    for (const canvas of this.#root.querySelectorAll("canvas")) canvas.remove();
     this.#canvas = null;
   }
 
-  /** Shows the canvas once there is a picture on it. */
+  /** Shows the newest canvas once there is a picture on it, in place of older ones. */
   showCanvas(): void {
+    for (const canvas of this.#root.querySelectorAll("canvas")) {
+      if (canvas === this.#canvas) continue;
+      canvas.remove();
+      // Where there was a picture already, the next one needs no entrance.
+      this.#canvas?.classList.add("at-once");
+    }
     this.#canvas?.classList.add("shown");
   }
 

@@ -1,28 +1,26 @@
-import initialise, { Viewer } from "../../pkg/crease.js";
-import { failureOf, fetchBytes, fileName, StageError } from "./fetch.js";
-import type { Command, MotionSource, Report, Settings } from "./protocol.js";
+import { Viewer } from "../../pkg/crease.js";
+import { failureOf, StageError } from "./errors.js";
+import { fetchBytes, fileName } from "./fetch.js";
+import { wasmModule } from "./module.js";
+import type { Painter } from "./painter.js";
+import { type Command, type Failure, type MotionSource, POSE_PARTS, type Report, type Settings } from "./protocol.js";
+import { Screen } from "./screen.js";
 
 /** How often an idle stage asks the GPU whether it still works. */
-const CHECK_INTERVAL = 1000;
+const CHECK_INTERVAL = 500;
 
-let wasm: Promise<unknown> | undefined;
-
-/** Whether this thread can use WebGPU. */
-export async function hasWebGpu(): Promise<boolean> {
-  const { gpu } = navigator as Navigator & { gpu?: { requestAdapter(): Promise<unknown> } };
-  return (await gpu?.requestAdapter().catch(() => null)) != null;
-}
-
-/** Runs one avatar on one canvas: obeys commands, sends reports. Works in a worker and on the main thread. */
+/** Runs one avatar on one screen: obeys commands, sends reports. Works in a worker and on the main thread. */
 export class Stage {
   readonly #report: (report: Report) => void;
+  readonly #screen: Screen;
   #viewer: Viewer | null = null;
   #url: string | null = null;
   #settings: Partial<Settings> = {};
-  #size: { width: number; height: number } | null = null;
   #seek: number | null = null;
   #visible = true;
   #closed = false;
+  #drawn = false;
+  #recovering = false;
   #request = 0;
   #checks: ReturnType<typeof setInterval> | undefined;
   #lastFrame: number | null = null;
@@ -33,6 +31,16 @@ export class Stage {
 
   constructor(report: (report: Report) => void) {
     this.#report = report;
+    this.#screen = new Screen({
+      askForCanvas: () => report({ kind: "canvas-wanted" }),
+      viewer: () => this.#viewer,
+      prepare,
+      opened: (backend) => {
+        this.#viewer?.poseAgain();
+        report({ kind: "backend", backend });
+        this.#schedule();
+      },
+    });
   }
 
   /** Does what `command` says. */
@@ -40,15 +48,18 @@ export class Stage {
     switch (command.kind) {
       case "open":
         this.#settings = { ...command.settings, ...this.#settings };
-        void this.#guard(command.url, () => this.#open(command.canvas, command.url));
+        void this.#guard(command.url, () => this.#open(command.url));
+        return;
+      case "canvas":
+        this.#screen.takeCanvas(command.canvas);
         return;
       case "settings":
         this.#settings = { ...this.#settings, ...command.settings };
         this.#apply(command.settings);
         return;
       case "resize":
-        this.#size = { width: command.width, height: command.height };
-        this.#viewer?.resize(command.width, command.height);
+        this.#screen.resize(command.width, command.height);
+        this.#viewer?.redraw();
         break;
       case "seek":
         // Before the motion is there, the wish waits for it.
@@ -62,6 +73,9 @@ export class Stage {
         this.#visible = command.visible;
         this.#stop();
         break;
+      case "lose-device":
+        this.#screen.painter?.lose();
+        return;
       case "close":
         this.#close();
         return;
@@ -69,26 +83,27 @@ export class Stage {
     this.#schedule();
   }
 
-  async #open(canvas: OffscreenCanvas | HTMLCanvasElement, url: string): Promise<void> {
+  /** Module, avatar and device come side by side. */
+  async #open(url: string): Promise<void> {
     this.#url = url;
-    wasm ??= initialise();
-    const [bytes] = await Promise.all([fetchBytes(url), wasm]);
+    const avatar = this.#load(url);
+    await Promise.all([avatar, this.#screen.open(this.#settings.backend ?? "auto", avatar)]);
+    const viewer = this.#viewer;
+    if (this.#closed || !viewer) return;
+    this.#checks = setInterval(() => this.#check(), CHECK_INTERVAL);
+    this.#report({ kind: "loaded", vertices: viewer.vertices });
+    const { backend: _, ...settings } = this.#settings;
+    this.#apply(settings);
+  }
+
+  async #load(url: string): Promise<void> {
+    const download = fetchBytes(url, (loaded, total) => {
+      this.#report({ kind: "progress", phase: "download", loaded, total });
+    });
+    const [bytes] = await Promise.all([download, wasmModule()]);
     if (this.#closed) return;
-    const viewer = await Viewer.create(canvas, bytes, fileName(url));
-    if (this.#closed) {
-      viewer.free();
-      return;
-    }
-    await decodeTexture(viewer, url);
-    if (this.#closed) {
-      viewer.free();
-      return;
-    }
-    this.#viewer = viewer;
-    if (this.#size) viewer.resize(this.#size.width, this.#size.height);
-    this.#checks = setInterval(() => void this.#guard(url, () => viewer.check()), CHECK_INTERVAL);
-    this.#report({ kind: "loaded", vertices: viewer.vertices, backend: viewer.backend });
-    this.#apply(this.#settings);
+    this.#report({ kind: "progress", phase: "prepare", loaded: bytes.length, total: bytes.length });
+    this.#viewer = new Viewer(bytes, fileName(url));
   }
 
   /** Settings that came before the avatar wait in `#settings` until it is there. */
@@ -99,6 +114,7 @@ export class Stage {
       if (settings.view !== undefined) viewer.setView(settings.view);
       if (settings.detail !== undefined) viewer.setDetail(settings.detail);
       if (settings.theme !== undefined) viewer.setTheme(settings.theme);
+      if (settings.quality !== undefined) viewer.setQuality(settings.quality);
       if (settings.loop !== undefined) viewer.setLoop(settings.loop);
       if (settings.playbackRate !== undefined) viewer.setPlaybackRate(settings.playbackRate);
       if (settings.playing !== undefined) settings.playing ? viewer.play() : viewer.pause();
@@ -109,6 +125,10 @@ export class Stage {
         this.#waiting = false;
         this.#schedule();
       });
+    }
+    if (settings.backend !== undefined) {
+      const { backend } = settings;
+      void this.#guard(this.#url, () => this.#screen.open(backend, Promise.resolve()));
     }
     this.#schedule();
   }
@@ -151,33 +171,50 @@ export class Stage {
 
   /** Asks for a frame only when it would differ from the last: an idle figure costs nothing. */
   #schedule(): void {
-    if (this.#request || this.#waiting || !this.#visible || !this.#size || !this.#viewer?.moving) return;
+    if (this.#request || this.#waiting || !this.#visible || !this.#screen.ready || !this.#viewer?.moving) return;
     this.#request = requestAnimationFrame((now) => {
       this.#request = 0;
-      void this.#guard(this.#url, () => this.#frame(now));
+      if (this.#check()) void this.#guard(this.#url, () => this.#frame(now));
     });
   }
 
   #frame(now: number): void {
     const viewer = this.#viewer;
-    if (!viewer) return;
+    const painter = this.#screen.painter;
+    if (!viewer || !painter) return;
     if (this.#lastFrame === null) viewer.skipTime();
-    if (viewer.frame(now)) {
-      const interval = this.#lastFrame === null ? null : now - this.#lastFrame;
-      this.#report({
-        kind: "frame",
-        frame: {
-          currentTime: viewer.currentTime,
-          playing: viewer.playing,
-          ended: viewer.ended,
-          intervalMilliseconds: interval,
-          poseMilliseconds: viewer.poseMilliseconds ?? null,
-        },
-      });
-      this.#lastFrame = now;
+    if (painter.keepsUp() && viewer.advance(now, painter.poses())) {
+      this.#screen.share(viewer.pixelShare);
+      const started = performance.now();
+      if (painter.draw(viewer)) this.#onDrawn(viewer, now, performance.now() - started);
     }
     if (!viewer.moving) this.#lastFrame = null;
     this.#schedule();
+  }
+
+  #onDrawn(viewer: Viewer, now: number, drawMilliseconds: number): void {
+    const interval = this.#lastFrame === null ? null : now - this.#lastFrame;
+    const pose = viewer.poseMilliseconds ?? null;
+    viewer.drawn(interval ?? undefined, (pose ?? 0) + drawMilliseconds);
+    this.#drawn = true;
+    this.#lastFrame = now;
+    this.#report({
+      kind: "frame",
+      frame: {
+        currentTime: viewer.currentTime,
+        playing: viewer.playing,
+        ended: viewer.ended,
+        intervalMilliseconds: interval,
+        poseMilliseconds: pose,
+        partMilliseconds: pose === null ? null : POSE_PARTS.map((_, part) => viewer.partMilliseconds(part)),
+        drawMilliseconds,
+        iterations: viewer.iterations,
+        // A painter that poses keeps the finest level to itself.
+        vertices: viewer.vertexCount || viewer.vertices,
+        quality: viewer.quality,
+        memoryBytes: viewer.memoryBytes,
+      },
+    });
   }
 
   #stop(): void {
@@ -190,24 +227,54 @@ export class Stage {
     this.#closed = true;
     this.#stop();
     clearInterval(this.#checks);
+    this.#screen.close();
     this.#viewer?.free();
     this.#viewer = null;
   }
 
-  /** Reports what `action` throws. After a fault of the GPU nothing more can be drawn. */
+  /** Whether the device works. Where it does not, it is built again, and the motion goes on from where it was. */
+  #check(): boolean {
+    try {
+      this.#screen.painter?.check();
+      return true;
+    } catch (thrown) {
+      const failure = failureOf(thrown, this.#url);
+      if (!this.#recovering) {
+        this.#recovering = true;
+        this.#stop();
+        void this.#guard(this.#url, () => this.#screen.recover(failure, performance.now())).then(() => {
+          this.#recovering = false;
+        });
+      }
+      return false;
+    }
+  }
+
+  /** Reports what `action` throws. */
   async #guard(url: string | null, action: () => void | Promise<void>): Promise<void> {
     try {
       await action();
     } catch (thrown) {
       if (this.#closed) return;
       const failure = failureOf(thrown, url);
-      if (failure.code !== "motion" && failure.code !== "network") this.#close();
-      this.#report({ kind: "failed", failure });
+      const fatal = this.#isFatal(failure);
+      if (fatal) this.#close();
+      this.#report({ kind: "failed", failure, fatal });
+      this.#schedule();
     }
+  }
+
+  /** A motion that fails leaves the avatar standing; a pose that fails leaves the last good picture. */
+  #isFatal(failure: Failure): boolean {
+    if (failure.code === "motion") return false;
+    if (failure.code === "network") return failure.url === this.#url;
+    return !(failure.code === "avatar" && this.#drawn);
   }
 }
 
-async function decodeTexture(viewer: Viewer, url: string): Promise<void> {
+/** Gives `painter` the figure and its texture. */
+async function prepare(painter: Painter, viewer: Viewer): Promise<void> {
+  painter.prepare(viewer);
   const image = viewer.textureImage;
   if (!image) return;
   const blob = new Blob([image.bytes as Uint8Array<ArrayBuffer>], { type: image.mime });
@@ -216,8 +283,8 @@ async function decodeTexture(viewer: Viewer, url: string): Promise<void> {
   try {
     bitmap = await createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
   } catch (thrown) {
-    throw new StageError("texture", `texture: expected a picture of type ${blob.type}, found ${String(thrown)}`, url);
+    throw new StageError("texture", `texture: expected a picture of type ${blob.type}, found ${String(thrown)}`);
   }
-  viewer.setTexture(bitmap);
+  painter.setTexture(bitmap);
   bitmap.close();
 }

@@ -1,4 +1,4 @@
-import type { Frame } from "./protocol.js";
+import { type Backend, type Frame, POSE_PARTS } from "./protocol.js";
 
 /** Frames that the medians look back on. */
 const WINDOW = 120;
@@ -13,8 +13,18 @@ export interface Statistics {
   readonly frameMilliseconds: number | null;
   /** Networks, solve and normals of one picture: median of up to the last 120. */
   readonly poseMilliseconds: number | null;
+  /** The parts of posing: medians of the same frames. */
+  readonly partMilliseconds: Readonly<Record<(typeof POSE_PARTS)[number], number | null>>;
+  /** Upload and the commands of all passes: median of up to the last 120. */
+  readonly drawMilliseconds: number | null;
+  /** Iterations of the solver in the last picture. */
+  readonly iterations: number;
+  /** Level of quality of the last picture; null before there is one. */
+  readonly quality: string | null;
+  /** Bytes of the wasm module's memory. */
+  readonly memoryBytes: number;
   /** What computes and what draws, such as `webgpu+cpu`; null before the avatar is loaded. */
-  readonly backend: string | null;
+  readonly backend: Backend | null;
   /** Thread that does it; null before the avatar is loaded. */
   readonly thread: "worker" | "main" | null;
   /** Vertices of the mesh that is drawn. */
@@ -34,9 +44,12 @@ export class FrameCounter {
   readonly #started = performance.now();
   readonly #intervals: number[] = [];
   readonly #poses: number[] = [];
+  readonly #draws: number[] = [];
+  readonly #parts: readonly number[][] = POSE_PARTS.map(() => []);
+  #last: Frame | null = null;
   #frames = 0;
   #firstFrame: number | null = null;
-  backend: string | null = null;
+  backend: Backend | null = null;
   thread: "worker" | "main" | null = null;
   vertices = 0;
 
@@ -46,6 +59,13 @@ export class FrameCounter {
     this.#firstFrame ??= performance.now() - this.#started;
     if (frame.intervalMilliseconds !== null) push(this.#intervals, frame.intervalMilliseconds);
     if (frame.poseMilliseconds !== null) push(this.#poses, frame.poseMilliseconds);
+    for (const [index, part] of this.#parts.entries()) {
+      const milliseconds = frame.partMilliseconds?.[index];
+      if (milliseconds !== undefined) push(part, milliseconds);
+    }
+    push(this.#draws, frame.drawMilliseconds);
+    this.vertices = frame.vertices;
+    this.#last = frame;
   }
 
   /** The figures now. */
@@ -55,6 +75,13 @@ export class FrameCounter {
       firstFrameMilliseconds: this.#firstFrame,
       frameMilliseconds: median(this.#intervals),
       poseMilliseconds: median(this.#poses),
+      partMilliseconds: Object.fromEntries(
+        POSE_PARTS.map((name, index) => [name, median(this.#parts[index] ?? [])]),
+      ) as Statistics["partMilliseconds"],
+      drawMilliseconds: median(this.#draws),
+      iterations: this.#last?.iterations ?? 0,
+      quality: this.#last?.quality ?? null,
+      memoryBytes: this.#last?.memoryBytes ?? 0,
       backend: this.backend,
       thread: this.thread,
       vertices: this.vertices,

@@ -1,5 +1,7 @@
+import { hasWebGpu } from "./connection.js";
+import { wasmModule } from "./module.js";
 import type { Command, Report } from "./protocol.js";
-import { hasWebGpu, Stage } from "./stage.js";
+import { Stage } from "./stage.js";
 
 /** The part of a worker's global scope that is used here. */
 interface WorkerScope {
@@ -11,7 +13,11 @@ const scope = globalThis as unknown as WorkerScope;
 const stage = new Stage((report) => scope.postMessage(report));
 scope.onmessage = (event) => stage.handle(event.data);
 
+// Compiles beside everything else; whoever waits for it hears of a failure.
+wasmModule().catch(() => {});
+
 void hasWebGpu().then((webgpu) => {
   // A worker without animation frames cannot keep time with the screen.
-  scope.postMessage({ kind: "capability", webgpu: webgpu && typeof requestAnimationFrame === "function" });
+  const animationFrames = typeof requestAnimationFrame === "function";
+  scope.postMessage({ kind: "capability", webgpu, animationFrames });
 });

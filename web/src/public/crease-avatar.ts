@@ -1,42 +1,38 @@
+import { AttributedElement } from "../internal/attributes.js";
 import { controlCamera } from "../internal/camera-controls.js";
-import { numberOf, viewOf } from "../internal/options.js";
-import type { ErrorCode, Failure, Frame, MotionSource, Settings, Theme, View } from "../internal/protocol.js";
-import { Session } from "../internal/session.js";
+import { CreaseError } from "../internal/crease-error.js";
+import type {
+  Backend,
+  BackendChoice,
+  ErrorCode,
+  Failure,
+  Frame,
+  MotionSource,
+  QualityChoice,
+  Settings,
+  Theme,
+  View,
+} from "../internal/protocol.js";
+import { type Progress, Session } from "../internal/session.js";
 import { ShadowTree } from "../internal/shadow.js";
-import type { Statistics } from "../internal/statistics.js";
+import { FrameCounter, type Statistics } from "../internal/statistics.js";
 import { watchSize, watchVisibility } from "../internal/visibility.js";
 
-export type { ErrorCode, Statistics, Theme, View };
-
-/** Why an avatar or a motion cannot be shown. */
-export class CreaseError extends Error {
-  override readonly name = "CreaseError";
-  /** For programs. */
-  readonly code: ErrorCode;
-  /** The file that it is about. */
-  readonly url: string | null;
-
-  constructor(code: ErrorCode, message: string, url: string | null) {
-    super(message);
-    this.code = code;
-    this.url = url;
-  }
-}
+export type { Backend, BackendChoice, ErrorCode, Progress, QualityChoice, Statistics, Theme, View };
+export { CreaseError };
 
 /** Longest side of the picture, pixels. */
 const LONGEST_SIDE = 3840;
 /** Milliseconds between two `timeupdate` events. */
 const TIME_UPDATE_INTERVAL = 250;
 
-/** Where there is no DOM (on a server) the class can still be imported. */
-const Base = (typeof HTMLElement === "undefined" ? class {} : HTMLElement) as typeof HTMLElement;
-
 /**
- * `<crease-avatar src motion fps autoplay loop view detail theme alt camera-controls>`: an avatar that moves.
+ * `<crease-avatar src motion fps autoplay loop view detail theme alt camera-controls backend quality>`: an avatar that moves.
  *
- * Events: `load` (first picture), `error`, `play`, `pause`, `timeupdate`, `ended`, `durationchange`.
+ * Events: `progress` (bytes and phase of the load, a {@link Progress} in `detail`), `load` (first picture), `backendchange` (the
+ * {@link Backend} now at work in `detail`), `error`, `play`, `pause`, `timeupdate`, `ended`, `durationchange`.
  */
-export class CreaseAvatarElement extends Base {
+export class CreaseAvatarElement extends AttributedElement {
   static readonly observedAttributes = [
     "src",
     "motion",
@@ -47,6 +43,8 @@ export class CreaseAvatarElement extends Base {
     "theme",
     "alt",
     "camera-controls",
+    "backend",
+    "quality",
   ];
 
   readonly #tree: ShadowTree;
@@ -90,6 +88,10 @@ export class CreaseAvatarElement extends Base {
         this.#session?.send({ kind: "resize", width, height });
       }),
     ];
+    // For tests: the device goes away as it does when a driver restarts.
+    const onLose = (): void => this.#session?.send({ kind: "lose-device" });
+    this.addEventListener("crease-lose-device", onLose);
+    this.#letGo.push(() => this.removeEventListener("crease-lose-device", onLose));
     this.#controlCamera();
     this.#reopen();
   }
@@ -132,6 +134,12 @@ export class CreaseAvatarElement extends Base {
       case "camera-controls":
         this.#controlCamera();
         break;
+      case "backend":
+        this.#change({ backend: this.backend });
+        break;
+      case "quality":
+        this.#change({ quality: this.quality });
+        break;
     }
   }
 
@@ -147,90 +155,12 @@ export class CreaseAvatarElement extends Base {
 
   /** What was drawn, how fast, by what. */
   get statistics(): Statistics {
-    const none = { frames: 0, firstFrameMilliseconds: null, frameMilliseconds: null, poseMilliseconds: null };
-    const unknown = { ...none, backend: null, thread: null, vertices: 0 };
-    return this.#session?.counter.statistics() ?? this.#statistics ?? unknown;
+    return this.#session?.counter.statistics() ?? this.#statistics ?? new FrameCounter().statistics();
   }
 
-  /** Address of the avatar. */
-  get src(): string | null {
-    return this.getAttribute("src");
-  }
-  set src(value: string | null) {
-    this.#reflect("src", value);
-  }
-
-  /** Address of the motion. */
-  get motion(): string | null {
-    return this.getAttribute("motion");
-  }
-  set motion(value: string | null) {
-    this.#reflect("motion", value);
-  }
-
-  /** Poses a second, for motion files that hold no rate. */
-  get fps(): number | null {
-    return numberOf(this.getAttribute("fps"), null);
-  }
-  set fps(value: number | null) {
-    this.#reflect("fps", value === null ? null : String(value));
-  }
-
-  /** Which surface is shown. */
-  get view(): View {
-    return viewOf(this.getAttribute("view"));
-  }
-  set view(value: View) {
-    this.#reflect("view", value);
-  }
-
-  /** Amount of detail: 0 is the base, 1 as trained, 2 exaggerated. */
-  get detail(): number {
-    return Math.min(Math.max(numberOf(this.getAttribute("detail"), 1), 0), 2);
-  }
-  set detail(value: number) {
-    this.#reflect("detail", String(value));
-  }
-
-  /** Colours around the figure; `auto` follows the page's preference. */
-  get theme(): Theme | "auto" {
-    const theme = this.getAttribute("theme");
-    return theme === "light" || theme === "dark" ? theme : "auto";
-  }
-  set theme(value: Theme | "auto") {
-    this.#reflect("theme", value);
-  }
-
-  /** Whether the motion starts over at its end: yes, unless `loop="false"`. */
-  get loop(): boolean {
-    return this.getAttribute("loop") !== "false";
-  }
-  set loop(value: boolean) {
-    this.#reflect("loop", value ? null : "false");
-  }
-
-  /** Whether playing starts by itself. */
-  get autoplay(): boolean {
-    return this.hasAttribute("autoplay");
-  }
-  set autoplay(value: boolean) {
-    this.toggleAttribute("autoplay", value);
-  }
-
-  /** Whether mouse, touch and keys move the camera. */
-  get cameraControls(): boolean {
-    return this.hasAttribute("camera-controls");
-  }
-  set cameraControls(value: boolean) {
-    this.toggleAttribute("camera-controls", value);
-  }
-
-  /** What the picture shows, for people who do not see it. */
-  get alt(): string | null {
-    return this.getAttribute("alt");
-  }
-  set alt(value: string | null) {
-    this.#reflect("alt", value);
+  /** The backend at work; null before there is one. */
+  get currentBackend(): Backend | null {
+    return this.#session?.counter.backend ?? null;
   }
 
   /** Starts the motion. */
@@ -278,11 +208,6 @@ export class CreaseAvatarElement extends Base {
     this.#session?.moveCamera({ kind: "reset" });
   }
 
-  #reflect(name: string, value: string | null): void {
-    if (value === null) this.removeAttribute(name);
-    else this.setAttribute(name, value);
-  }
-
   #describe(): void {
     this.setAttribute("aria-label", this.alt ?? "A dressed person in motion");
   }
@@ -307,6 +232,8 @@ export class CreaseAvatarElement extends Base {
       loop: this.loop,
       playbackRate: this.#playbackRate,
       motion: this.#motionSource(),
+      backend: this.backend,
+      quality: this.quality,
     };
   }
 
@@ -326,6 +253,10 @@ export class CreaseAvatarElement extends Base {
     if (!this.cameraControls || !this.isConnected) return;
     if (!this.hasAttribute("tabindex")) this.tabIndex = 0;
     this.#letCameraGo = controlCamera(this, (move) => this.#session?.moveCamera(move));
+  }
+
+  #tell(event: string, detail: unknown): void {
+    this.dispatchEvent(new CustomEvent(event, { detail }));
   }
 
   #renewReady(): void {
@@ -354,6 +285,9 @@ export class CreaseAvatarElement extends Base {
     this.#tree.showMessage(null);
     const session = new Session(url, () => this.#settings(), {
       canvas: () => this.#tree.newCanvas(),
+      shown: () => this.#tree.showCanvas(),
+      progress: ({ phase, loaded, total }) => this.#tell("progress", { phase, loaded, total } satisfies Progress),
+      backend: (backend) => this.#tell("backendchange", backend),
       frame: (frame, first) => this.#onFrame(frame, first),
       motion: (duration, notes) => this.#onMotion(duration, notes),
       failed: (failure, fatal) => this.#onFailure(failure, fatal),
@@ -375,7 +309,6 @@ export class CreaseAvatarElement extends Base {
   #onFrame(frame: Frame, first: boolean): void {
     this.#currentTime = frame.currentTime;
     if (first) {
-      this.#tree.showCanvas();
       this.#settleReady.resolve();
       this.dispatchEvent(new Event("load"));
     }
@@ -392,7 +325,7 @@ export class CreaseAvatarElement extends Base {
 
   #onMotion(duration: number, notes: readonly string[]): void {
     this.#duration = duration;
-    this.dispatchEvent(new CustomEvent("durationchange", { detail: { duration, notes } }));
+    this.#tell("durationchange", { duration, notes });
   }
 
   #onFailure(failure: Failure, fatal: boolean): void {

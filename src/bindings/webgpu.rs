@@ -1,0 +1,110 @@
+//! The painter that draws through WebGPU, and poses there, too, where that is wanted.
+
+use super::named;
+use super::viewer::Viewer;
+use crate::animate::Options;
+use crate::body::Pose;
+use crate::gpu::{GpuAnimator, GpuError};
+use crate::render::screen::{Screen, ScreenError};
+use crate::render::{Albedo, Renderer};
+use js_sys::Error;
+use wasm_bindgen::prelude::*;
+
+/// Draws one viewer's scene on one canvas through WebGPU.
+#[wasm_bindgen]
+pub struct WebGpuPainter {
+    screen: Screen,
+    renderer: Option<Renderer>,
+    computes: bool,
+    animator: Option<GpuAnimator>,
+    /// What the GPU posed last.
+    posed: Option<(Pose, Options)>,
+}
+
+#[wasm_bindgen]
+impl WebGpuPainter {
+    /// Asks for a device that can draw on `canvas`, an OffscreenCanvas or a canvas element. `computes`: it poses the avatar as well;
+    /// unless `forced`, only where the adapter is hardware.
+    pub async fn create(canvas: JsValue, computes: bool, forced: bool) -> Result<WebGpuPainter, Error> {
+        let screen = Screen::new(canvas, GpuAnimator::features()).await.map_err(|error| screen_error(&error))?;
+        if computes && !forced {
+            GpuAnimator::check_adapter(screen.adapter_info()).map_err(|error| gpu_error(&error))?;
+        }
+        Ok(Self { screen, renderer: None, computes, animator: None, posed: None })
+    }
+
+    /// Takes what never changes about the viewer's figure.
+    pub fn prepare(&mut self, viewer: &Viewer) -> Result<(), Error> {
+        let surface = viewer.drawn_surface()?;
+        let (device, queue) = (self.screen.device().clone(), self.screen.queue().clone());
+        let renderer = Renderer::new(device, queue, self.screen.format(), &surface, viewer.vertices());
+        if self.computes {
+            let (device, queue) = (self.screen.device(), self.screen.queue());
+            let animator = GpuAnimator::new(device, queue, viewer.player().animator(), renderer.vertices());
+            self.animator = Some(animator.map_err(|error| gpu_error(&error))?);
+        }
+        self.renderer = Some(renderer);
+        Ok(())
+    }
+
+    /// Takes the decoded texture of the figure.
+    #[wasm_bindgen(js_name = setTexture)]
+    pub fn set_texture(&mut self, bitmap: web_sys::ImageBitmap) {
+        if let Some(renderer) = &mut self.renderer {
+            let albedo = Albedo::from_bitmap(self.screen.device(), self.screen.queue(), bitmap);
+            renderer.set_albedo(&albedo);
+        }
+    }
+
+    /// Size of the picture in pixels of the device.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        self.screen.resize([width, height]);
+    }
+
+    /// Whether it poses the avatar by itself.
+    pub fn poses(&self) -> bool {
+        self.animator.is_some()
+    }
+
+    /// Whether the GPU keeps up, so that another picture may be drawn.
+    #[wasm_bindgen(js_name = keepsUp)]
+    pub fn keeps_up(&self) -> bool {
+        self.screen.keeps_up()
+    }
+
+    /// Draws the viewer's scene. Returns whether there was something to draw on.
+    pub fn draw(&mut self, viewer: &mut Viewer) -> bool {
+        let Some(renderer) = &mut self.renderer else { return false };
+        if let Some(animator) = &mut self.animator
+            && let Some(wanted) = viewer.player().wanted()
+            && self.posed.as_ref() != Some(wanted)
+        {
+            let (pose, options) = wanted;
+            let mut encoder = self.screen.device().create_command_encoder(&Default::default());
+            animator.animate(&mut encoder, pose, options, None);
+            self.screen.queue().submit([encoder.finish()]);
+            let outline = animator.outline(pose);
+            self.posed = Some(wanted.clone());
+            viewer.scene_mut().set_outline(&outline);
+        }
+        self.screen.present(|view, size| renderer.draw(view, size, viewer.scene()))
+    }
+
+    /// Throws if the GPU has reported an error or was lost.
+    pub fn check(&self) -> Result<(), Error> {
+        self.screen.check().map_err(|error| screen_error(&error))
+    }
+
+    /// Loses the device as a driver's restart does, for tests.
+    pub fn lose(&self) {
+        self.screen.lose();
+    }
+}
+
+fn screen_error(error: &ScreenError) -> Error {
+    named(error.code(), error)
+}
+
+fn gpu_error(error: &GpuError) -> Error {
+    named("unsupported", error)
+}

@@ -1,0 +1,100 @@
+//! What there is to see, made ready for whatever draws it: packed vertices, camera, light, colours. No device.
+
+use super::camera::OrbitCamera;
+use super::globals::{Globals, Theme};
+use super::light::Bounds;
+use super::surface_vertex::SurfaceVertex;
+use glam::Vec3A;
+
+/// A figure, and how it is looked at.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Where it is seen from.
+    pub camera: OrbitCamera,
+    /// Colours around the figure.
+    pub theme: Theme,
+    vertices: Vec<SurfaceVertex>,
+    coarser: usize,
+    bounds: Bounds,
+    revision: u32,
+}
+
+impl Default for Scene {
+    /// No figure yet, the first view, a pale studio.
+    fn default() -> Self {
+        let bounds = Bounds::of(&[]);
+        Self {
+            camera: OrbitCamera::default(),
+            theme: Theme::LIGHT,
+            vertices: Vec::new(),
+            coarser: 0,
+            bounds,
+            revision: 0,
+        }
+    }
+}
+
+impl Scene {
+    /// Takes the figure's positions (metres) and unit normals, one each for every vertex of the body, in the body's order, on the level
+    /// `coarser` levels below the finest.
+    pub fn set_figure(&mut self, positions: &[Vec3A], normals: &[Vec3A], coarser: usize) {
+        self.coarser = coarser;
+        self.bounds = Bounds::of(positions);
+        self.vertices.clear();
+        let pairs = positions.iter().zip(normals);
+        self.vertices.extend(pairs.map(|(&position, &normal)| SurfaceVertex::new(position, normal)));
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// The figure is posed on the GPU, on the finest level; the box of `points` (metres) holds it.
+    pub fn set_outline(&mut self, points: &[Vec3A]) {
+        self.bounds = Bounds::of(points);
+        self.vertices.clear();
+        self.coarser = 0;
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// The figure's vertices as shaders read them.
+    pub fn vertices(&self) -> &[SurfaceVertex] {
+        &self.vertices
+    }
+
+    /// How many levels coarser than the finest the figure is.
+    pub fn coarser(&self) -> usize {
+        self.coarser
+    }
+
+    /// Another number for every figure that was set; 0 before the first.
+    pub fn revision(&self) -> u32 {
+        self.revision
+    }
+
+    /// What all passes of a picture of `aspect` = width / height share.
+    pub fn globals(&self, aspect: f32) -> Globals {
+        Globals::new(&self.camera, aspect, self.bounds, &self.theme)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_figure_replaces_the_old_one_and_changes_the_revision() {
+        let mut scene = Scene::default();
+        scene.set_figure(&[Vec3A::ZERO, Vec3A::ONE], &[Vec3A::Y; 2], 0);
+        let first = scene.revision();
+        scene.set_figure(&[Vec3A::X], &[Vec3A::Y], 0);
+        assert_ne!(scene.revision(), first);
+        assert_eq!(scene.vertices(), [SurfaceVertex::new(Vec3A::X, Vec3A::Y)]);
+    }
+
+    #[test]
+    fn the_light_covers_the_figure() {
+        let mut scene = Scene::default();
+        let far = Vec3A::new(3.0, 1.0, 0.0);
+        scene.set_figure(&[far, far + Vec3A::ONE], &[Vec3A::Y; 2], 0);
+        let seen = scene.globals(1.0).key_from_world.project_point3(far.into());
+        assert!(seen.abs().max_element() <= 1.0001, "{seen}");
+    }
+}

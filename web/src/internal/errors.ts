@@ -1,0 +1,26 @@
+import type { ErrorCode, Failure } from "./protocol.js";
+
+/** An error that knows its code and the file it is about. */
+export class StageError extends Error {
+  override readonly name = "StageError";
+  readonly code: ErrorCode;
+  readonly url: string | null;
+
+  constructor(code: ErrorCode, message: string, url: string | null = null) {
+    super(message);
+    this.code = code;
+    this.url = url;
+  }
+}
+
+/** Any thrown value as a failure; errors out of the wasm module carry their own code. */
+export function failureOf(thrown: unknown, url: string | null): Failure {
+  if (thrown instanceof StageError) {
+    return { code: thrown.code, message: thrown.message, url: thrown.url ?? url };
+  }
+  if (thrown instanceof Error) {
+    const code = (thrown as Error & { code?: ErrorCode }).code;
+    return { code: typeof code === "string" ? code : "internal", message: thrown.message, url };
+  }
+  return { code: "internal", message: String(thrown), url };
+}

@@ -1,0 +1,39 @@
+import { type Viewer, WebGpuPainter } from "../../pkg/crease.js";
+import { wasmModule } from "./module.js";
+import type { Backend, Canvas } from "./protocol.js";
+
+/** Whatever draws a viewer's scene on a canvas. */
+export interface Painter {
+  /** Takes what never changes about the viewer's figure. */
+  prepare(viewer: Viewer): void;
+  /** Takes the decoded texture of the figure. */
+  setTexture(bitmap: ImageBitmap): void;
+  /** Size of the picture in pixels of the device. */
+  resize(width: number, height: number): void;
+  /** Whether it poses the avatar by itself. */
+  poses(): boolean;
+  /** Whether another picture may be drawn now. */
+  keepsUp(): boolean;
+  /** Draws the viewer's scene. Returns whether there was something to draw on. */
+  draw(viewer: Viewer): boolean;
+  /** Throws if the device has reported an error or was lost. */
+  check(): void;
+  /** Loses the device as a driver's restart does, for tests. */
+  lose(): void;
+  /** Gives everything back. */
+  free(): void;
+}
+
+/** A painter on `canvas`; throws with the reason where this machine has none of that kind. `forced`: also where it is no gain. */
+export async function openPainter(backend: Backend, canvas: () => Promise<Canvas>, forced: boolean): Promise<Painter> {
+  switch (backend) {
+    case "webgpu":
+    case "webgpu+cpu":
+      await wasmModule();
+      return await WebGpuPainter.create(await canvas(), backend === "webgpu", forced);
+    case "webgl2+cpu": {
+      const [{ WebGl2Painter }, { memory }] = await Promise.all([import("./webgl2/painter.js"), wasmModule()]);
+      return new WebGl2Painter(await canvas(), memory);
+    }
+  }
+}

@@ -1,0 +1,38 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { FrameCounter, median } from "../dist/internal/statistics.js";
+
+const frame = {
+  currentTime: 0,
+  playing: true,
+  ended: false,
+  intervalMilliseconds: 16,
+  poseMilliseconds: 10,
+  partMilliseconds: [1, 2, 3, 4, 5, 6],
+  drawMilliseconds: 2,
+  iterations: 3,
+  vertices: 7,
+  quality: "best",
+  memoryBytes: 1024,
+};
+
+test("the median of two is their middle, of none is null", () => {
+  assert.equal(median([3, 1]), 2);
+  assert.equal(median([9, 1, 2]), 2);
+  assert.equal(median([]), null);
+});
+
+test("before the first frame there are no times", () => {
+  const { frames, firstFrameMilliseconds, partMilliseconds, quality } = new FrameCounter().statistics();
+  assert.deepEqual([frames, firstFrameMilliseconds, partMilliseconds.solve, quality], [0, null, null, null]);
+});
+
+test("each part has its median, and frames of the camera alone do not count into it", () => {
+  const counter = new FrameCounter();
+  counter.count(frame);
+  counter.count({ ...frame, poseMilliseconds: null, partMilliseconds: null, drawMilliseconds: 4 });
+  counter.count({ ...frame, partMilliseconds: [1, 2, 3, 4, 9, 6], quality: "high" });
+  const told = counter.statistics();
+  assert.deepEqual(told.partMilliseconds, { deformation: 1, base: 2, laplacian: 3, residual: 4, solve: 7, surface: 6 });
+  assert.deepEqual([told.frames, told.drawMilliseconds, told.quality, told.iterations], [3, 2, "high", 3]);
+});

@@ -1,7 +1,6 @@
 //! How long each stage of a frame takes on the GPU, by its own clock.
 
 use super::animator::STAGES;
-use std::sync::Arc;
 use wgpu::*;
 
 /// A stage and the time it took.
@@ -17,7 +16,7 @@ pub struct StageTime {
 pub struct Timestamps {
     queries: QuerySet,
     resolved: Buffer,
-    readable: Arc<Buffer>,
+    readable: Buffer,
     /// Nanoseconds of a tick.
     period: f32,
     /// Stages of the last frame, in order.
@@ -47,7 +46,7 @@ impl Timestamps {
                 count: QUERY_COUNT as u32,
             }),
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            readable: Arc::new(buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ)),
+            readable: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
             period: queue.get_timestamp_period(),
             stages: Vec::new(),
         })

@@ -20,7 +20,7 @@ pub struct QualityLevel {
 /// All levels, the best first. Neighbours look alike: before the mesh that is drawn gets coarser, its wrinkles have been solved on the coarser
 /// one already, and the browser scales smaller pictures smoothly.
 pub const QUALITY_LEVELS: [QualityLevel; 5] = [
-    level("best", Stop::Tolerance(1e-5), 0, 0, 1.0),
+    level("best", Stop::Tolerance(2e-5), 0, 0, 1.0),
     level("high", Stop::Iterations(2), 0, 0, 1.0),
     level("medium", Stop::Iterations(2), 1, 0, 1.0),
     level("low", Stop::Iterations(2), 1, 1, 0.85),

@@ -36,7 +36,13 @@ function collectProblems(page, problems) {
   });
   page.on("pageerror", (error) => problems.push(`uncaught: ${error.message}`));
   page.on("crash", () => problems.push("the page crashed"));
-  page.on("requestfailed", (request) => problems.push(`${request.url()}: ${request.failure()?.errorText}`));
+  page.on("requestfailed", (request) => {
+    const reason = request.failure()?.errorText;
+    // Chromium says so now and then of what a worker has read to its end. A download that does break off is the element's error.
+    if (reason !== "net::ERR_ABORTED") {
+      problems.push(`${request.url()}: ${reason}`);
+    }
+  });
   page.on("response", (response) => {
     if (response.status() >= 400) {
       problems.push(`${response.url()}: HTTP status ${response.status()}`);

@@ -38,26 +38,9 @@ impl Report {
 
 /// Plays a page (its path relative to the root) and saves the later of two pictures. The page must have been built.
 pub fn run(page: &Path, screenshot: &Path) -> Result<Report> {
-    let site = Site::new(page)?;
-    let path = site.page_url();
-    let serving = serve::start(site, Some(0))?;
     let after = workspace::root().join(screenshot);
     let before = after.with_extension("before.png");
-    let order = json!({
-        "url": serving.url(&path),
-        "chromium": browser::chromium().context("chromium is not installed")?,
-        "flags": browser::FLAGS,
-        "frames": FRAMES,
-        "limitMilliseconds": 1000 * LIMIT_SECONDS,
-        "before": before,
-        "after": after,
-    });
-    let told = progress::quietly(&format!("Playing {} in headless Chromium", page.display()), || {
-        let mut node = command::program("node");
-        command::output(node.arg(workspace::web().join("tools/watch_page.mjs")).arg(order.to_string()))
-    })?;
-    let told: Value = serde_json::from_str(&told).context("the page's observer printed no JSON")?;
-    require_no_problem(&told)?;
+    let told = observe(page, "", FRAMES, [&before, &after])?;
     let region = region(&told["region"]).context("the page's observer named no region")?;
     let look = |file: &Path| -> Result<Picture> {
         let bytes = fs::read(file).with_context(|| format!("cannot read {}", workspace::relative(file)))?;
@@ -69,6 +52,36 @@ pub fn run(page: &Path, screenshot: &Path) -> Result<Report> {
     require_content(&second)?;
     require_motion(&first, &second)?;
     report(&told["statistics"], workspace::relative(&after))
+}
+
+/// The element's statistics after `frames` frames of a page (its path relative to the root, and `query` to go with it).
+pub fn statistics(page: &Path, query: &str, frames: u32) -> Result<Value> {
+    let picture = workspace::root().join("target/bench.png");
+    let mut told = observe(page, query, frames, [&picture, &picture])?;
+    Ok(told["statistics"].take())
+}
+
+/// Plays a page and takes a picture half-way and at the end; returns what its observer saw, which is no problem.
+fn observe(page: &Path, query: &str, frames: u32, [before, after]: [&Path; 2]) -> Result<Value> {
+    let site = Site::new(page)?;
+    let path = site.page_url() + query;
+    let serving = serve::start(site, Some(0))?;
+    let order = json!({
+        "url": serving.url(&path),
+        "chromium": browser::chromium().context("chromium is not installed")?,
+        "flags": browser::FLAGS,
+        "frames": frames,
+        "limitMilliseconds": 1000 * LIMIT_SECONDS,
+        "before": before,
+        "after": after,
+    });
+    let told = progress::quietly(&format!("Playing {}{query} in headless Chromium", page.display()), || {
+        let mut node = command::program("node");
+        command::output(node.arg(workspace::web().join("tools/watch_page.mjs")).arg(order.to_string()))
+    })?;
+    let told: Value = serde_json::from_str(&told).context("the page's observer printed no JSON")?;
+    require_no_problem(&told)?;
+    Ok(told)
 }
 
 /// Turns what went wrong in the page, all of it, into one error.

@@ -1,5 +1,6 @@
 //! The task runner: `cargo xtask play | test | …`, one set of steps for people and for continuous integration.
 
+mod bench;
 mod browser;
 mod check;
 mod command;
@@ -11,6 +12,7 @@ mod progress;
 mod serve;
 mod setup;
 mod site;
+mod size;
 mod stills;
 mod test;
 mod toolchain;
@@ -38,6 +40,8 @@ enum Task {
     Play(play::Options),
     /// Run every test and lint, native and in a headless browser
     Test,
+    /// Measure what a frame costs and how large things are; writes target/bench.json
+    Bench(bench::Options),
     /// Run the lints only: fmt, clippy, biome, tsc
     Lint,
     /// Run the wasm tests only, in headless Chromium
@@ -76,6 +80,7 @@ fn run(task: Task) -> Result<()> {
     match task {
         Task::Play(options) => play::run(&options),
         Task::Test => test::run(),
+        Task::Bench(options) => bench::run(&options),
         Task::Lint => {
             let toolchain = setup::everything()?;
             wasm::build(toolchain)?;

@@ -1,11 +1,12 @@
 /**
- * Takes a picture of one page that stands still, in headless Chromium, for `cargo xtask test`.
+ * Takes a picture of one page that stands still, for `cargo xtask test`.
  *
- * The only argument is a JSON object: { url, chromium, flags, limitMilliseconds, picture, loseDevice }. With `loseDevice` the graphics device
+ * The only argument is a JSON object: { url, chromium, flags, firefox, limitMilliseconds, picture, loseDevice }. With `loseDevice` the graphics device
  * is taken away first, and the picture is the one after that. Prints one JSON object: { problems, backend, currentTime }.
  */
 
 import process from "node:process";
+import { setTimeout as sleep } from "node:timers/promises";
 import { withPage } from "./page.mjs";
 
 const VIEWPORT = { width: 480, height: 480 };
@@ -18,7 +19,7 @@ await withPage(order, VIEWPORT, async (page, result) => {
   if (order.loseDevice) {
     await page.evaluate(loseDevice, order.limitMilliseconds);
   }
-  await page.waitForTimeout(FADE_MILLISECONDS);
+  await sleep(FADE_MILLISECONDS);
   await page.screenshot({ path: order.picture });
   Object.assign(
     result,

@@ -1,4 +1,4 @@
-//! The headless browser: where it is, and the flags that give it WebGPU without a graphics card.
+//! The browsers of the tests: where they are, and what lets them draw without a graphics card and without a screen.
 
 use std::ffi::OsString;
 use std::fs;
@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
+use serde_json::Value;
 
 use crate::{command, workspace};
 
@@ -24,6 +25,49 @@ pub const FLAGS: [&str; 12] = [
     "--disable-component-update",
     "--disable-sync",
 ];
+
+/// A browser that the tools of web/tools/ open pages in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Browser {
+    /// Headless, with WebGPU.
+    Chromium,
+    /// On a virtual screen: without one it has no WebGL. It has no WebGPU.
+    Firefox,
+}
+
+impl Browser {
+    /// What a tool has to know to start it: members of the tool's order, to which `about` is added.
+    pub fn order(self, mut about: Value) -> Result<Value> {
+        let members = match self {
+            Browser::Chromium => {
+                serde_json::json!({ "chromium": chromium().context("chromium is not installed")?, "flags": FLAGS })
+            }
+            Browser::Firefox => serde_json::json!({ "firefox": firefox().context("Firefox is not installed")? }),
+        };
+        let about_members = about.as_object_mut().context("an order is an object")?;
+        about_members.extend(members.as_object().cloned().unwrap_or_default());
+        Ok(about)
+    }
+
+    /// A tool of web/tools/, with a screen where this browser needs one.
+    pub fn tool(self, name: &str, order: &Value) -> Command {
+        let mut command = match self {
+            Browser::Chromium => command::program("node"),
+            Browser::Firefox => {
+                let mut command = command::program("xvfb-run");
+                command.args(["--auto-servernum", "node"]).env("LIBGL_ALWAYS_SOFTWARE", "1");
+                command
+            }
+        };
+        command.arg(workspace::web().join("tools").join(name)).arg(order.to_string());
+        command
+    }
+}
+
+/// Firefox, under the names that systems give it.
+pub fn firefox() -> Option<PathBuf> {
+    ["firefox-esr", "firefox"].into_iter().find_map(command::find)
+}
 
 /// Chromium, under the names that systems give it.
 pub fn chromium() -> Option<PathBuf> {

@@ -1,4 +1,4 @@
-//! The check of a page: it plays in headless Chromium, shows something, moves, and reports no error.
+//! The check of a page: it plays in a browser, shows something, moves, and reports no error.
 
 use std::fs;
 use std::path::Path;
@@ -7,9 +7,10 @@ use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::browser::Browser;
 use crate::picture::{Picture, Region, require_content, require_motion};
 use crate::site::Site;
-use crate::{browser, command, progress, serve, workspace};
+use crate::{command, progress, serve, workspace};
 
 /// Frames that a page must draw.
 const FRAMES: u32 = 60;
@@ -30,6 +31,11 @@ pub struct Report {
 }
 
 impl Report {
+    /// What computed and what drew.
+    pub fn backend(&self) -> &str {
+        &self.backend
+    }
+
     /// One JSON object on one line.
     pub fn to_json(&self) -> Result<String> {
         serde_json::to_string(self).context("cannot write the report")
@@ -38,9 +44,14 @@ impl Report {
 
 /// Plays a page (its path relative to the root) and saves the later of two pictures. The page must have been built.
 pub fn run(page: &Path, screenshot: &Path) -> Result<Report> {
+    play(Site::new(page)?, Browser::Chromium, FRAMES, screenshot)
+}
+
+/// Plays a site's page for that many frames and saves the later of two pictures.
+pub fn play(site: Site, browser: Browser, frames: u32, screenshot: &Path) -> Result<Report> {
     let after = workspace::root().join(screenshot);
     let before = after.with_extension("before.png");
-    let told = observe(page, "", FRAMES, [&before, &after])?;
+    let told = observe(site, "", browser, frames, [&before, &after])?;
     let region = region(&told["region"]).context("the page's observer named no region")?;
     let look = |file: &Path| -> Result<Picture> {
         let bytes = fs::read(file).with_context(|| format!("cannot read {}", workspace::relative(file)))?;
@@ -51,33 +62,29 @@ pub fn run(page: &Path, screenshot: &Path) -> Result<Report> {
     require_content(&first)?;
     require_content(&second)?;
     require_motion(&first, &second)?;
-    report(&told["statistics"], workspace::relative(&after))
+    report(&told["statistics"], frames, workspace::relative(&after))
 }
 
 /// The element's statistics after `frames` frames of a page (its path relative to the root, and `query` to go with it).
 pub fn statistics(page: &Path, query: &str, frames: u32) -> Result<Value> {
     let picture = workspace::root().join("target/bench.png");
-    let mut told = observe(page, query, frames, [&picture, &picture])?;
+    let mut told = observe(Site::new(page)?, query, Browser::Chromium, frames, [&picture, &picture])?;
     Ok(told["statistics"].take())
 }
 
 /// Plays a page and takes a picture half-way and at the end; returns what its observer saw, which is no problem.
-fn observe(page: &Path, query: &str, frames: u32, [before, after]: [&Path; 2]) -> Result<Value> {
-    let site = Site::new(page)?;
+fn observe(site: Site, query: &str, browser: Browser, frames: u32, [before, after]: [&Path; 2]) -> Result<Value> {
     let path = site.page_url() + query;
     let serving = serve::start(site, Some(0))?;
-    let order = json!({
+    let order = browser.order(json!({
         "url": serving.url(&path),
-        "chromium": browser::chromium().context("chromium is not installed")?,
-        "flags": browser::FLAGS,
         "frames": frames,
         "limitMilliseconds": 1000 * LIMIT_SECONDS,
         "before": before,
         "after": after,
-    });
-    let told = progress::quietly(&format!("Playing {}{query} in headless Chromium", page.display()), || {
-        let mut node = command::program("node");
-        command::output(node.arg(workspace::web().join("tools/watch_page.mjs")).arg(order.to_string()))
+    }))?;
+    let told = progress::quietly(&format!("Playing {path} in {browser:?}"), || {
+        command::output(&mut browser.tool("watch_page.mjs", &order))
     })?;
     let told: Value = serde_json::from_str(&told).context("the page's observer printed no JSON")?;
     require_no_problem(&told)?;
@@ -97,7 +104,7 @@ fn region(told: &Value) -> Option<Region> {
     Some(Region { x: number("x")?, y: number("y")?, width: number("width")?, height: number("height")? })
 }
 
-fn report(statistics: &Value, screenshot: String) -> Result<Report> {
+fn report(statistics: &Value, wanted: u32, screenshot: String) -> Result<Report> {
     let number = |name: &str| {
         let value = statistics[name].as_f64().filter(|value| value.is_finite());
         value.with_context(|| format!("element.statistics.{name}: expected a number, found {}", statistics[name]))
@@ -106,7 +113,7 @@ fn report(statistics: &Value, screenshot: String) -> Result<Report> {
         bail!("element.statistics.backend: expected a name, found {}", statistics["backend"]);
     };
     let frames = number("frames")? as u64;
-    ensure!(frames >= u64::from(FRAMES), "element.statistics.frames: expected at least {FRAMES}, found {frames}");
+    ensure!(frames >= u64::from(wanted), "element.statistics.frames: expected at least {wanted}, found {frames}");
     Ok(Report {
         first_frame_milliseconds: to_tenths(number("firstFrameMilliseconds")?),
         frames,
@@ -131,7 +138,7 @@ mod tests {
 
     #[test]
     fn the_report_is_one_json_object_with_the_promised_fields() {
-        let text = report(&statistics(), "target/check.png".to_owned()).unwrap().to_json().unwrap();
+        let text = report(&statistics(), FRAMES, "target/check.png".to_owned()).unwrap().to_json().unwrap();
         let expected = json!({
             "first_frame_ms": 812.5, "frames": 61, "frame_ms_median": 16.7, "backend": "WebGPU",
             "screenshot": "target/check.png",
@@ -145,7 +152,7 @@ mod tests {
         for (name, value) in [("frames", json!(59)), ("frameMilliseconds", Value::Null), ("backend", json!(""))] {
             let mut broken = statistics();
             broken[name] = value;
-            let error = report(&broken, String::new()).unwrap_err().to_string();
+            let error = report(&broken, FRAMES, String::new()).unwrap_err().to_string();
             assert!(error.contains(name), "{error}");
         }
     }

@@ -4,11 +4,14 @@ mod bench;
 mod browser;
 mod check;
 mod command;
+mod files;
 mod http;
 mod lint;
+mod package;
 mod picture;
 mod play;
 mod progress;
+mod samples;
 mod serve;
 mod setup;
 mod site;
@@ -48,8 +51,12 @@ enum Task {
     WasmTests,
     /// Install what is missing: system packages, npm packages, the wasm target
     Setup,
-    /// Build web/pkg/ (wasm and its bindings) and web/dist/ (the element)
+    /// Build web/pkg/ (wasm and its bindings), web/dist/ (the element) and web/lib/ (both, bundled)
     BuildWeb,
+    /// Pack the npm package into target/package/ and tell its sizes
+    Package,
+    /// Build the projects of examples/ from the packed npm package and play them in headless Chromium
+    Samples,
     /// Run one wasm test executable in a headless browser; cargo calls this
     #[command(hide = true, disable_help_flag = true)]
     WasmTestRunner {
@@ -87,6 +94,8 @@ fn run(task: Task) -> Result<()> {
             lint::run(toolchain)
         }
         Task::WasmTests => test::wasm(setup::everything()?),
+        Task::Samples => samples::run(),
+        Task::Package => package::run(),
         Task::Setup => setup::everything().map(drop),
         Task::BuildWeb => {
             let toolchain = setup::for_building()?;

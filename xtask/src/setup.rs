@@ -53,7 +53,20 @@ fn browsing() -> Vec<Requirement> {
     vec![
         requirement("chromium", browser::chromium().is_some()),
         requirement("chromium-driver", browser::driver().is_some()),
+        requirement("firefox-esr", browser::firefox().is_some()),
+        // A screen for Firefox, and OpenGL in software for that screen.
+        requirement("xvfb", command::exists("xvfb-run")),
+        requirement("xauth", command::exists("xauth")),
+        requirement("libgl1-mesa-dri", has_library("dri/swrast_dri.so")),
+        requirement("libegl1", has_library("libEGL.so.1")),
+        requirement("libgl1", has_library("libGL.so.1")),
     ]
+}
+
+/// Whether a file is in a folder of shared libraries, for whatever processor.
+fn has_library(name: &str) -> bool {
+    let folders = fs::read_dir("/usr/lib").into_iter().flatten().flatten().map(|entry| entry.path());
+    folders.chain([Path::new("/usr/lib").to_owned()]).any(|folder| folder.join(name).exists())
 }
 
 fn missing(requirements: &[Requirement]) -> Vec<&'static str> {

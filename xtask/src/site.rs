@@ -12,19 +12,31 @@ pub struct Site {
     /// Files and folders under the root that may be read.
     shared: Vec<PathBuf>,
     page: PathBuf,
+    /// Whether docs/ means what was built from it.
+    has_built_docs: bool,
 }
 
+/// Where `cargo xtask docs` builds the site, relative to the root.
+pub const BUILT_SITE: &str = "target/site";
+
 impl Site {
-    /// Shows `page` (relative to the root), web/, and the top folder that the page lies in.
+    /// Shows `page` (relative to the root), the top folder that it lies in, web/, demo/, and the built documentation as docs/.
     pub fn new(page: &Path) -> Result<Self> {
         Self::under(workspace::root(), page)
+    }
+
+    /// Shows a finished site: the folder, all of it, from its index.html on.
+    pub fn folder(root: &Path) -> Result<Self> {
+        let root = root.canonicalize().with_context(|| format!("cannot find {}", root.display()))?;
+        Ok(Site { shared: vec![root.clone()], root, page: PathBuf::from("index.html"), has_built_docs: false })
     }
 
     fn under(root: &Path, page: &Path) -> Result<Self> {
         let root = root.canonicalize().with_context(|| format!("cannot find {}", root.display()))?;
         let top = page.components().next().context("the page's path is empty")?;
-        let shared = vec![root.join(top), root.join("web")];
-        let site = Site { root, shared, page: page.to_owned() };
+        let mut shared = vec![root.join(top), root.join("web"), root.join("demo")];
+        shared.push(root.join(BUILT_SITE).join("docs"));
+        let site = Site { root, shared, page: page.to_owned(), has_built_docs: true };
         site.file(&site.page_url()).with_context(|| format!("there is no page {}", page.display()))?;
         Ok(site)
     }
@@ -43,6 +55,8 @@ impl Site {
             Component::Normal(name) => !name.to_string_lossy().starts_with('.') && name != "node_modules",
             _ => false,
         });
+        let path =
+            if self.has_built_docs && path.starts_with("docs") { Path::new(BUILT_SITE).join(path) } else { path };
         // Canonical: a link cannot lead out either.
         let file = self.root.join(path).canonicalize().ok()?;
         let is_shared = self.shared.iter().any(|shared| file.starts_with(shared));
@@ -81,6 +95,8 @@ pub fn media_type(file: &Path) -> &'static str {
         "png" => "image/png",
         "jpg" | "jpeg" => "image/jpeg",
         "svg" => "image/svg+xml",
+        "webp" => "image/webp",
+        "woff2" => "font/woff2",
         _ => "application/octet-stream",
     }
 }

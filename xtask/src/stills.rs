@@ -7,9 +7,10 @@ use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::browser::Browser;
 use crate::picture::{Picture, mean_absolute_difference, require_content};
 use crate::site::Site;
-use crate::{browser, command, progress, serve, workspace};
+use crate::{command, progress, serve, workspace};
 
 /// A page whose avatar, moment and backend are in its address.
 const PAGE: &str = "tests/pages/still.html";
@@ -31,8 +32,11 @@ struct Told {
     current_time: Option<f64>,
 }
 
-struct Still {
+/// A picture of one moment.
+pub struct Still {
     picture: Picture,
+    /// What drew it.
+    pub backend: String,
     seconds: f64,
 }
 
@@ -75,26 +79,32 @@ fn require_alike(a: &Picture, b: &Picture) -> Result<f64> {
 }
 
 fn take(avatar: &str, backend: &str, moment: f64, lose_device: bool) -> Result<Still> {
+    let query = format!("avatar={avatar}&backend={}&time={moment}", backend.replace('+', "%2B"));
+    let still = still(Browser::Chromium, &query, &workspace::wasm_target().join("still.png"), lose_device)?;
+    ensure!(still.backend == backend, "asked for {backend}, the page runs {}", still.backend);
+    Ok(still)
+}
+
+/// Draws the page with `query` in its address and saves the picture, after the graphics device was taken away where `lose_device`.
+pub fn still(browser: Browser, query: &str, file: &Path, lose_device: bool) -> Result<Still> {
     let site = Site::new(Path::new(PAGE))?;
-    let path = format!("{}?avatar={avatar}&backend={}&time={moment}", site.page_url(), backend.replace('+', "%2B"));
+    let path = format!("{}?{query}", site.page_url());
     let serving = serve::start(site, Some(0))?;
-    let picture = workspace::wasm_target().join("still.png");
-    let order = json!({
+    let order = browser.order(json!({
         "url": serving.url(&path),
-        "chromium": browser::chromium().context("chromium is not installed")?,
-        "flags": browser::FLAGS,
         "limitMilliseconds": 1000 * LIMIT_SECONDS,
-        "picture": picture,
+        "picture": file,
         "loseDevice": lose_device,
-    });
-    let told = progress::quietly(&format!("Drawing {PAGE} with {backend}"), || {
-        let mut node = command::program("node");
-        command::output(node.arg(workspace::web().join("tools/still_page.mjs")).arg(order.to_string()))
+    }))?;
+    let told = progress::quietly(&format!("Drawing {path} in {browser:?}"), || {
+        command::output(&mut browser.tool("still_page.mjs", &order))
     })?;
     let told: Told = serde_json::from_str(&told).context("the page's observer printed no JSON of a still")?;
     ensure!(told.problems.is_empty(), "the page has errors:\n  {}", told.problems.join("\n  "));
-    let found = told.backend.context("the element names no backend")?;
-    ensure!(found == backend, "asked for {backend}, the page runs {found}");
-    let bytes = fs::read(&picture).with_context(|| format!("cannot read {}", workspace::relative(&picture)))?;
-    Ok(Still { picture: Picture::from_png(&bytes)?, seconds: told.current_time.context("the element tells no time")? })
+    let bytes = fs::read(file).with_context(|| format!("cannot read {}", workspace::relative(file)))?;
+    Ok(Still {
+        picture: Picture::from_png(&bytes)?,
+        backend: told.backend.context("the element names no backend")?,
+        seconds: told.current_time.context("the element tells no time")?,
+    })
 }

@@ -1,13 +1,14 @@
 //! `test`: everything that must hold, step by step. The first failure ends it.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 
+use crate::browser::Browser;
+use crate::site::Site;
 use crate::toolchain::Toolchain;
-use crate::{browser, check, command, lint, progress, setup, stills, wasm, workspace};
+use crate::{browser, check, command, files, lint, package, progress, samples, setup, stills, wasm, workspace};
 
 /// The small page on which the whole way from pose to pixels is checked.
 const PAGE: &str = "tests/pages/tiny.html";
@@ -28,7 +29,10 @@ pub fn run() -> Result<()> {
     step("element's own tests", &mut wasm::npm_script("test"))?;
     progress::aloud("glTF validator", validate_glbs)?;
     progress::aloud("end-to-end page", end_to_end)?;
+    progress::aloud("end-to-end page in Firefox", in_firefox)?;
     progress::aloud("pictures through every backend", stills::run)?;
+    progress::aloud("npm package", package::make)?;
+    progress::aloud("sample projects", samples::check_all)?;
     eprintln!("Everything passed.");
     Ok(())
 }
@@ -65,18 +69,8 @@ fn validate_glbs() -> Result<()> {
 
 /// The GLB files in a folder and its subfolders.
 fn glbs(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    let entries = fs::read_dir(folder).with_context(|| format!("cannot list {}", workspace::relative(folder)))?;
-    for entry in entries {
-        let path = entry?.path();
-        if path.is_dir() {
-            found.extend(glbs(&path)?);
-        } else if path.extension().is_some_and(|extension| extension == "glb") {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
+    let is_glb = |file: &PathBuf| file.extension().is_some_and(|extension| extension == "glb");
+    Ok(files::below(folder)?.into_iter().filter(is_glb).collect())
 }
 
 fn end_to_end() -> Result<()> {
@@ -87,5 +81,14 @@ fn end_to_end() -> Result<()> {
         Ok(_) => bail!("{BROKEN_PAGE} passed the check, expected a failure"),
         Err(error) => ensure!(format!("{error:#}").contains("no-such-avatar.glb"), "{BROKEN_PAGE}: {error:#}"),
     }
+    Ok(())
+}
+
+/// Firefox has no WebGPU on Linux: the same page plays there through WebGL2.
+fn in_firefox() -> Result<()> {
+    let report =
+        check::play(Site::new(Path::new(PAGE))?, Browser::Firefox, 20, &workspace::wasm_target().join("firefox.png"))?;
+    ensure!(report.backend() == "webgl2+cpu", "expected webgl2+cpu in Firefox, found {}", report.backend());
+    println!("{}", report.to_json()?);
     Ok(())
 }

@@ -46,7 +46,12 @@ fn bind_and_optimise(compiled: &Path, package: &Path) -> Result<()> {
     replace(&aside, package)
 }
 
-/// Compiles the element's TypeScript into web/dist/.
+/// Writes web/custom-elements.json, the element's interface for tools, from its sources.
+pub fn describe_element() -> Result<()> {
+    progress::quietly("Describing the element", || command::run(&mut npm_script("manifest")))
+}
+
+/// Compiles the element's TypeScript into web/dist/ and bundles it into web/lib/.
 pub fn build_element() -> Result<()> {
     progress::quietly("Compiling the element", || command::run(&mut npm_script("build")))
 }

@@ -1,0 +1,24 @@
+/**
+ * Bundles dist/ into lib/: one flat folder that any server can host as it is. The worker and the wasm module lie beside the scripts, where
+ * `new URL("./…", import.meta.url)` finds them; a bundler finds them by the same words.
+ */
+
+import { copyFile, rm } from "node:fs/promises";
+import { build } from "esbuild";
+
+const folder = "lib";
+
+await rm(folder, { recursive: true, force: true });
+await build({
+  entryPoints: { "crease-avatar": "dist/public/crease-avatar.js", worker: "dist/internal/worker.js" },
+  outdir: folder,
+  chunkNames: "[name]-[hash]",
+  bundle: true,
+  splitting: true,
+  format: "esm",
+  target: "es2022",
+  minify: true,
+  sourcemap: true,
+  logLevel: "warning",
+});
+await copyFile("pkg/crease_bg.wasm", `${folder}/crease_bg.wasm`);

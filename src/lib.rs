@@ -5,7 +5,7 @@
 //!
 //! Imports point one way:
 //! `rotation ◂ mesh ◂ body ◂ motion`, `encoding ◂ network`, `mesh ◂ laplacian ◂ solver`, then `avatar`, `animate`,
-//! `gpu`, `render`, `player`, `bindings`.
+//! `export`, `gpu`, `render`, `player`, `bindings`.
 
 pub mod animate;
 pub mod avatar;
@@ -13,6 +13,7 @@ pub mod avatar;
 pub mod bindings;
 pub mod body;
 pub mod encoding;
+pub mod export;
 #[cfg(any(feature = "fixture", all(test, feature = "factor")))]
 pub mod fixture;
 #[cfg(feature = "gpu")]

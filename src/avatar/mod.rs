@@ -9,8 +9,11 @@ mod read;
 mod source;
 #[cfg(test)]
 mod tests;
+mod transfer;
 mod validate;
 mod write;
+
+pub(crate) use glb::Glb;
 
 use crate::body::Rig;
 use crate::mesh::{Scheme, Triangle};

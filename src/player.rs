@@ -1,6 +1,7 @@
 //! Plays motions on an avatar: a clock, the motion it reads, and the animator it drives. No GPU, no browser.
 
 mod clock;
+mod pose_source;
 mod quality;
 
 pub use clock::Clock;
@@ -10,8 +11,9 @@ use crate::animate::{Animator, Options, Part};
 use crate::avatar::{Avatar, AvatarError};
 use crate::body::Pose;
 use crate::mesh::{Triangle, vertex_normals};
-use crate::motion::Motion;
+use crate::motion::{Motion, Timeline};
 use glam::{Vec3, Vec3A};
+use pose_source::PoseSource;
 use std::sync::Arc;
 
 /// A motion that the avatar's skeleton cannot follow.
@@ -48,6 +50,8 @@ pub struct Posed<'a> {
     pub positions: &'a [Vec3A],
     /// Unit normals, one for each position.
     pub normals: &'a [Vec3A],
+    /// f_l along the normal, 1/m, one for each position, where [`Player::tells_laplacian`]; empty elsewhere.
+    pub laplacian: &'a [f32],
     /// How many levels coarser than the finest the mesh is.
     pub coarser: usize,
 }
@@ -56,77 +60,153 @@ pub struct Posed<'a> {
 pub struct Player {
     avatar: Arc<Avatar>,
     animator: Animator,
-    motion: Option<Motion>,
-    standing: Pose,
+    source: PoseSource,
     /// Play, pause, seek, loop and rate.
     pub clock: Clock,
     /// View (body, base or detailed) and amount of detail; quality decides the rest.
     pub options: Options,
+    /// Whether frames come with f_l.
+    pub tells_laplacian: bool,
     controller: QualityController,
     fixed_quality: Option<usize>,
     wanted: Option<(Pose, Options)>,
     /// The solver must not start from what the last call left.
     cold: bool,
+    /// Frames depend on the pose alone, until time runs again.
+    exact: bool,
     positions: Vec<Vec3A>,
     normals: Vec<Vec3A>,
+    laplacian: Vec<f32>,
 }
 
 impl Player {
     /// Prepares `avatar`. It stands in its rest pose, feet on the floor, until there is a motion.
     pub fn new(avatar: Arc<Avatar>) -> Result<Self, AvatarError> {
         let animator = Animator::new(avatar.clone())?;
-        let standing = standing_pose(&avatar);
+        let source = PoseSource::new(standing_pose(&avatar));
         Ok(Self {
             avatar,
             animator,
-            motion: None,
-            standing,
+            source,
             clock: Clock::default(),
             options: Options::default(),
+            tells_laplacian: false,
             controller: QualityController::default(),
             fixed_quality: None,
             wanted: None,
             cold: false,
+            exact: false,
             positions: Vec::new(),
             normals: Vec::new(),
+            laplacian: Vec::new(),
         })
     }
 
-    /// Replaces the motion and starts it from the beginning; `None` goes back to the rest pose.
-    pub fn set_motion(&mut self, motion: Option<Motion>) -> Result<(), JointCountError> {
-        if let Some(motion) = &motion {
+    /// Replaces the motions, played one after the other, and starts them from the beginning; none goes back to the rest pose. While time
+    /// runs, what was shown fades into what comes, and neighbours fade into each other, over `crossfade` seconds.
+    pub fn set_motions(&mut self, motions: Vec<Motion>, crossfade: f64) -> Result<(), JointCountError> {
+        for motion in &motions {
             check_joints(motion, self.avatar.rig.parents.len())?;
         }
-        self.clock.set_duration(motion.as_ref().map_or(0.0, |motion| f64::from(motion.duration())));
-        self.motion = motion;
+        let before = self.clock.running().then(|| self.pose());
+        let timeline = Timeline::new(motions, crossfade);
+        self.clock.set_duration(timeline.as_ref().map_or(0.0, Timeline::duration));
+        self.source.set_timeline(timeline);
+        self.source.set_crossfade(crossfade);
+        if let Some(before) = before {
+            self.source.fade_from(before);
+        }
         Ok(())
+    }
+
+    /// The motions.
+    pub fn timeline(&self) -> Option<&Timeline> {
+        self.source.timeline()
+    }
+
+    /// Goes to `seconds` at once: no fade.
+    pub fn seek(&mut self, seconds: f64) {
+        self.clock.seek(seconds);
+        self.source.cut();
+        self.exact = false;
+    }
+
+    /// Stops at `seconds` and shows them as they always look: no fade, and frames that depend on the pose alone until time runs again.
+    pub fn show_exactly(&mut self, seconds: f64) {
+        self.clock.pause();
+        self.seek(seconds);
+        self.exact = true;
+    }
+
+    /// Shows a pose in place of the motions, or the motions again: `rotations` are axis-angle, radians, three numbers for each joint;
+    /// `translation` in metres, where the rest pose stands if there is none.
+    pub fn set_live_pose(
+        &mut self,
+        rotations: Option<&[f32]>,
+        translation: Option<Vec3>,
+    ) -> Result<(), JointCountError> {
+        let expected = self.avatar.rig.parents.len();
+        let now = self.pose();
+        let wanted = match rotations {
+            Some(numbers) if numbers.len() != 3 * expected => {
+                return Err(JointCountError { pose: 0, expected, found: numbers.len() / 3 });
+            }
+            Some(numbers) => {
+                Some(Pose::from_axis_angle(numbers, translation.unwrap_or(self.source.standing().translation)))
+            }
+            None => None,
+        };
+        self.source.set_live(wanted, now);
+        Ok(())
+    }
+
+    /// Seconds in which a live pose covers 63 % of the way to the one asked for; 0 jumps.
+    pub fn set_smoothing(&mut self, seconds: f64) {
+        self.source.set_smoothing(seconds);
+    }
+
+    /// Whether time will bring another pose.
+    pub fn moving(&self) -> bool {
+        self.source.is_settling() || (self.clock.running() && !self.source.is_live())
     }
 
     /// The pose at the clock's time.
     pub fn pose(&self) -> Pose {
-        match &self.motion {
-            Some(motion) => motion.sample(self.clock.seconds() as f32),
-            None => self.standing.clone(),
-        }
+        self.source.pose(self.clock.seconds())
     }
 
     /// Where the root joint is now, metres.
     pub fn root(&self) -> Vec3 {
-        let translation = match &self.wanted {
-            Some((pose, _)) => pose.translation,
-            None => self.pose().translation,
-        };
-        Vec3::from(self.avatar.rig.rest_joints[0]) + translation
+        match &self.wanted {
+            Some((pose, _)) => Vec3::from(self.avatar.rig.rest_joints[0]) + pose.translation,
+            None => self.root_at_clock(),
+        }
+    }
+
+    /// Where the root joint is at the clock's time, whatever was shown last, metres.
+    pub fn root_at_clock(&self) -> Vec3 {
+        Vec3::from(self.avatar.rig.rest_joints[0]) + self.pose().translation
     }
 
     /// Moves the clock by `seconds` of real time and returns what is to be shown if that changed, for whoever poses the avatar elsewhere.
     pub fn step(&mut self, seconds: f64) -> Option<&(Pose, Options)> {
-        self.clock.advance(seconds);
+        self.let_time_pass(seconds);
         let wanted = (self.pose(), self.frame_options());
         if self.wanted.as_ref() == Some(&wanted) {
             return None;
         }
         Some(self.wanted.insert(wanted))
+    }
+
+    fn let_time_pass(&mut self, seconds: f64) {
+        let running = self.clock.running() && !self.source.is_live();
+        self.exact &= !running;
+        self.source.advance(seconds, running);
+        if running && self.clock.advance(seconds) {
+            let end = if self.clock.rate() < 0.0 { 0.0 } else { self.clock.duration() };
+            let last = self.source.pose(end);
+            self.source.fade_from(last);
+        }
     }
 
     /// What was to be shown last.
@@ -165,7 +245,12 @@ impl Player {
         let subdivision = self.animator.subdivision();
         vertex_normals(&self.positions, subdivision.triangles(options.level), &mut self.normals);
         let coarser = subdivision.level_count() - options.level;
-        Ok(Some(Posed { positions: &self.positions, normals: &self.normals, coarser }))
+        self.laplacian.clear();
+        if self.tells_laplacian {
+            let deltas = self.animator.learned_laplacian(pose, options.level);
+            self.laplacian.extend(deltas.iter().zip(&self.normals).map(|(delta, normal)| delta.dot(*normal)));
+        }
+        Ok(Some(Posed { positions: &self.positions, normals: &self.normals, laplacian: &self.laplacian, coarser }))
     }
 
     /// What a frame of the present quality asks for. A fixed quality depends on the pose alone; one that follows the machine starts the
@@ -176,7 +261,7 @@ impl Player {
         let level = |coarser| finest.saturating_sub(coarser).clamp(*self.animator.levels().start(), finest);
         Options {
             stop: quality.stop,
-            warm_start: self.fixed_quality.is_none(),
+            warm_start: self.fixed_quality.is_none() && !self.exact,
             level: level(quality.coarser_surface),
             solve_level: level(quality.coarser_solve),
             ..self.options
@@ -191,7 +276,8 @@ impl Player {
 
     /// The level of quality of the next frame.
     pub fn quality(&self) -> &'static QualityLevel {
-        &QUALITY_LEVELS[self.fixed_quality.unwrap_or(self.controller.level()).min(QUALITY_LEVELS.len() - 1)]
+        let followed = if self.exact { 0 } else { self.controller.level() };
+        &QUALITY_LEVELS[self.fixed_quality.unwrap_or(followed).min(QUALITY_LEVELS.len() - 1)]
     }
 
     /// Tells what a frame cost that followed on another: seconds between the two, and seconds of work.
@@ -199,6 +285,23 @@ impl Player {
         if self.fixed_quality.is_none() {
             self.controller.frame(interval, work);
         }
+    }
+
+    /// Goes on with another avatar of the same skeleton, in the same state.
+    pub fn replace_avatar(&mut self, avatar: Arc<Avatar>) -> Result<(), AvatarError> {
+        self.animator = Animator::new(avatar.clone())?;
+        self.avatar = avatar;
+        self.pose_again();
+        Ok(())
+    }
+
+    /// The finest mesh of the moment that is shown: positions, metres. It depends on the pose alone.
+    pub fn finest_mesh(&mut self) -> Vec<Vec3A> {
+        let (pose, shown) = (self.pose(), self.options);
+        let options = Options { level: usize::MAX, solve_level: usize::MAX, ..shown };
+        let positions = self.animator.animate(&pose, &options).to_vec();
+        self.cold = true;
+        positions
     }
 
     /// Iterations of the solver in the last frame.
@@ -312,6 +415,68 @@ mod tests {
             assert!(furthest < 0.01, "{}: {furthest} m", QUALITY_LEVELS[level].name);
             better = positions;
         }
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn an_exact_frame_is_the_same_whatever_was_before() {
+        let mut player = fixture();
+        player.set_motions(vec![turning()], 0.3).unwrap();
+        player.show_exactly(0.5);
+        let first = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
+        player.clock.play();
+        for _ in 0..4 {
+            advance(&mut player, 0.13).unwrap();
+        }
+        player.show_exactly(0.5);
+        assert_eq!(advance(&mut player, 0.0).unwrap().unwrap().positions, first);
+        assert!(!player.clock.playing());
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn a_loop_fades_over_its_seam_only_while_it_plays() {
+        let mut player = fixture();
+        player.set_motions(vec![turning()], 0.4).unwrap();
+        player.clock.set_looping(true);
+        player.seek(0.95);
+        player.clock.play();
+        player.step(0.05 + 1e-6);
+        let seam = player.pose();
+        let turn = |pose: &Pose| pose.rotations[0].to_scaled_axis().y;
+        assert!((turn(&seam) - 1.0).abs() < 0.05, "still as at the end: {}", turn(&seam));
+        player.seek(0.0);
+        assert!(turn(&player.pose()).abs() < 1e-3, "a seek cuts");
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn a_live_pose_takes_the_place_of_the_motion_and_must_fit_the_skeleton() {
+        let mut player = fixture();
+        player.set_motions(vec![turning()], 0.0).unwrap();
+        player.clock.play();
+        let joints = player.avatar().rig.parents.len();
+        let mut numbers = vec![0.0; 3 * joints];
+        numbers[1] = 0.5;
+        player.set_live_pose(Some(&numbers), Some(Vec3::X)).unwrap();
+        player.step(0.3);
+        assert_eq!(player.pose().translation, Vec3::X);
+        assert!(!player.moving(), "a live pose moves when it is set");
+        assert_eq!(player.set_live_pose(Some(&[0.0; 6]), None).unwrap_err().found, 2);
+        player.set_live_pose(None, None).unwrap();
+        assert!(player.moving());
+    }
+
+    /// Turns by one radian in one second.
+    #[cfg(feature = "factor")]
+    fn turning() -> Motion {
+        let joints = crate::fixture::compact_avatar().rig.parents.len();
+        let poses = (0..=10).map(|i| {
+            let mut pose = Pose::rest(joints);
+            pose.rotations[0] = glam::Quat::from_rotation_y(0.1 * i as f32);
+            pose
+        });
+        Motion { poses: poses.collect(), frames_per_second: 10.0, notes: Vec::new() }
     }
 
     fn motion(joint_counts: &[usize]) -> Motion {

@@ -197,6 +197,14 @@ impl Animator {
         }
     }
 
+    /// f_l at `pose`, the one posed last, in the posed frame: δ, 1/m, at the vertices of `level`. [`Options::detail`] has no say in it.
+    pub fn learned_laplacian(&mut self, pose: &Pose, level: usize) -> &[Vec3A] {
+        let (coarsest, finest) = self.levels().into_inner();
+        let level = level.clamp(coarsest, finest);
+        self.evaluate_laplacian(pose, level);
+        &self.laplacians[level - self.avatar.laplacian.level()]
+    }
+
     /// r on `level`: s δ in the relative form, s δ − L u in the absolute one, times `detail`.
     fn evaluate_residual(&mut self, detail: f32, level: usize) {
         let base = self.surface.positions(level);

@@ -1,7 +1,9 @@
 //! What a painter outside of this module needs: where the scene lies in wasm memory, and the numbers of the picture.
 //! Addresses are bytes from the start of wasm's memory and hold until the object they belong to is freed or changed.
 
-use crate::render::{ANISOTROPY, BELOW_MAP, DrawnSurface, DrawnVertex, Globals, KEY_MAP, SAMPLE_COUNT, SurfaceVertex};
+use crate::render::{
+    ANISOTROPY, BELOW_MAP, DrawnSurface, DrawnVertex, Globals, KEY_MAP, SAMPLE_COUNT, SurfaceVertex, edges,
+};
 use std::mem::offset_of;
 use wasm_bindgen::prelude::*;
 
@@ -9,11 +11,13 @@ use wasm_bindgen::prelude::*;
 #[wasm_bindgen]
 pub struct DrawnMesh {
     surface: DrawnSurface,
+    /// Edges of the level that was asked for last.
+    edges: Vec<[u32; 2]>,
 }
 
 impl DrawnMesh {
     pub(super) fn new(surface: DrawnSurface) -> Self {
-        Self { surface }
+        Self { surface, edges: Vec::new() }
     }
 }
 
@@ -41,6 +45,19 @@ impl DrawnMesh {
     #[wasm_bindgen(js_name = indicesAddress)]
     pub fn indices_address(&self, level: usize) -> usize {
         self.surface.levels[level].as_ptr().addr()
+    }
+
+    /// Makes a level's edges and returns their address: two indices each, 32 bits.
+    #[wasm_bindgen(js_name = edgesAddress)]
+    pub fn edges_address(&mut self, level: usize) -> usize {
+        self.edges = edges(&self.surface.levels[level]);
+        self.edges.as_ptr().addr()
+    }
+
+    /// Number of the indices of the edges that were made last.
+    #[wasm_bindgen(getter, js_name = edgeIndexCount)]
+    pub fn edge_index_count(&self) -> usize {
+        2 * self.edges.len()
     }
 
     /// Number of a level's indices.

@@ -1,6 +1,8 @@
 //! What JavaScript sees of the runtime: wasm-bindgen only, no logic.
 
+mod camera;
 mod drawing;
+mod transfer;
 mod viewer;
 mod webgpu;
 

@@ -6,8 +6,9 @@ use crate::animate::{Part, Stage};
 use crate::avatar::Avatar;
 use crate::motion::Motion;
 use crate::player::{Player, QUALITY_LEVELS};
-use crate::render::{DrawnSurface, Globals, Scene, Theme};
+use crate::render::{DrawnSurface, Environment, Globals, Scene, Theme, View};
 use bytemuck::Zeroable;
+use glam::Vec3;
 use js_sys::Error;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
@@ -26,7 +27,14 @@ pub struct EncodedImage {
 pub struct Viewer {
     name: String,
     player: Player,
+    /// The avatar as it was read, where it wears another's wrinkles.
+    own_avatar: Option<Arc<Avatar>>,
+    /// Motions that were read and do not play yet.
+    coming: Vec<Motion>,
     scene: Scene,
+    theme: Theme,
+    background: Option<[f32; 4]>,
+    shadow: f32,
     /// Kept so that its address lasts.
     globals: Box<Globals>,
     last_milliseconds: Option<f64>,
@@ -55,6 +63,30 @@ impl Viewer {
         &self.player
     }
 
+    /// The same, to change.
+    pub(super) fn player_mut(&mut self) -> &mut Player {
+        &mut self.player
+    }
+
+    /// The avatar as it was read, whatever wrinkles it wears.
+    pub(super) fn own_avatar(&self) -> Arc<Avatar> {
+        self.own_avatar.clone().unwrap_or_else(|| self.player.animator().shared_avatar())
+    }
+
+    /// Shows `avatar`, the own one with other wrinkles or without, in the state that the present one is in.
+    pub(super) fn wear(&mut self, avatar: Arc<Avatar>, own: Option<Arc<Avatar>>) -> Result<(), Error> {
+        self.player.replace_avatar(avatar).map_err(|error| named("avatar", &error))?;
+        self.own_avatar = own;
+        self.redraw = true;
+        Ok(())
+    }
+
+    fn apply_theme(&mut self) {
+        let theme = self.background.map_or(self.theme, |background| self.theme.with_background(background));
+        self.scene.theme = Theme { shadow_strength: self.shadow * theme.shadow_strength, ..theme };
+        self.redraw = true;
+    }
+
     /// The surface as it is drawn, made anew.
     pub(super) fn drawn_surface(&self) -> Result<DrawnSurface, Error> {
         DrawnSurface::new(&self.player.avatar().appearance, self.player.triangles(), &self.name)
@@ -72,7 +104,12 @@ impl Viewer {
         Ok(Self {
             name,
             player,
+            own_avatar: None,
+            coming: Vec::new(),
             scene: Scene::default(),
+            theme: Theme::LIGHT,
+            background: None,
+            shadow: 1.0,
             globals: Box::new(Globals::zeroed()),
             last_milliseconds: None,
             redraw: true,
@@ -88,9 +125,15 @@ impl Viewer {
         Some(EncodedImage { mime: texture.mime.clone(), bytes: texture.bytes.clone() })
     }
 
-    /// Reads a motion and starts it from the beginning; returns what the reader has to say about it.
-    #[wasm_bindgen(js_name = loadMotion)]
-    pub fn load_motion(
+    /// Forgets motions that were read and never played.
+    #[wasm_bindgen(js_name = beginMotions)]
+    pub fn begin_motions(&mut self) {
+        self.coming.clear();
+    }
+
+    /// Reads one more motion, to be played after those read before; returns what the reader has to say about it.
+    #[wasm_bindgen(js_name = readMotion)]
+    pub fn read_motion(
         &mut self,
         bytes: &[u8],
         name: &str,
@@ -98,14 +141,64 @@ impl Viewer {
     ) -> Result<Vec<String>, Error> {
         let motion = Motion::read(bytes, name, frames_per_second).map_err(|error| named("motion", &error))?;
         let notes = motion.notes.clone();
-        self.player.set_motion(Some(motion)).map_err(|error| named("motion", &error))?;
+        self.coming.push(motion);
         Ok(notes)
     }
 
-    /// Goes back to the rest pose.
-    #[wasm_bindgen(js_name = clearMotion)]
-    pub fn clear_motion(&mut self) -> Result<(), Error> {
-        self.player.set_motion(None).map_err(|error| named("motion", &error))
+    /// Plays the motions that were read, from the beginning, fading over `crossfade` seconds; none goes back to the rest pose.
+    #[wasm_bindgen(js_name = playMotions)]
+    pub fn play_motions(&mut self, crossfade: f64) -> Result<(), Error> {
+        let motions = std::mem::take(&mut self.coming);
+        self.player.set_motions(motions, crossfade).map_err(|error| named("motion", &error))
+    }
+
+    /// Whether it wears another avatar's wrinkles.
+    #[wasm_bindgen(getter, js_name = wearsOtherDetail)]
+    pub fn wears_other_detail(&self) -> bool {
+        self.own_avatar.is_some()
+    }
+
+    /// Which of the motions plays.
+    #[wasm_bindgen(getter, js_name = motionIndex)]
+    pub fn motion_index(&self) -> usize {
+        self.player.timeline().map_or(0, |timeline| timeline.index(self.player.clock.seconds()))
+    }
+
+    /// Poses a second of the motion that plays; 0 without one.
+    #[wasm_bindgen(getter, js_name = framesPerSecond)]
+    pub fn frames_per_second(&self) -> f32 {
+        self.player.timeline().map_or(0.0, |timeline| timeline.frames_per_second(self.player.clock.seconds()))
+    }
+
+    /// Shows a pose in place of the motions: axis-angle, radians, three numbers for each joint, and the root's translation in metres.
+    #[wasm_bindgen(js_name = setPose)]
+    pub fn set_pose(&mut self, rotations: Option<Vec<f32>>, translation: Option<Vec<f32>>) -> Result<(), Error> {
+        let translation = match translation.as_deref() {
+            Some(&[x, y, z]) => Some(Vec3::new(x, y, z)),
+            Some(other) => {
+                return Err(named("pose", &format!("translation: expected 3 numbers, found {}", other.len())));
+            }
+            None => None,
+        };
+        let set = self.player.set_live_pose(rotations.as_deref(), translation);
+        set.map_err(|error| {
+            named("pose", &format!("pose: expected {} numbers, found {}", 3 * error.expected, 3 * error.found))
+        })?;
+        self.redraw = true;
+        Ok(())
+    }
+
+    /// Seconds in which a pose covers 63 % of the way to the one that was set last; 0 jumps.
+    #[wasm_bindgen(js_name = setSmoothing)]
+    pub fn set_smoothing(&mut self, seconds: f64) {
+        self.player.set_smoothing(seconds);
+    }
+
+    /// Stops at `seconds` and shows them as they always look, whatever was before.
+    #[wasm_bindgen(js_name = showExactly)]
+    pub fn show_exactly(&mut self, seconds: f64) {
+        self.player.show_exactly(seconds);
+        self.redraw = true;
     }
 
     /// Lets time pass until `now` (milliseconds of a clock that never goes back). Returns whether there is something new to draw; throws,
@@ -127,7 +220,11 @@ impl Viewer {
         } else if let Some(posed) =
             self.player.advance(passed, &mut observe).map_err(|error| named("avatar", &error))?
         {
-            self.scene.set_figure(posed.positions, posed.normals, posed.coarser);
+            if posed.laplacian.is_empty() {
+                self.scene.set_figure(posed.positions, posed.normals, posed.coarser);
+            } else {
+                self.scene.set_figure_of_values(posed.positions, posed.laplacian, posed.coarser);
+            }
             let ended = milliseconds();
             parts[PARTS - 1] = ended - last;
             self.part_milliseconds = parts;
@@ -251,28 +348,7 @@ impl Viewer {
     /// Whether the next frame will differ from the last.
     #[wasm_bindgen(getter)]
     pub fn moving(&self) -> bool {
-        self.redraw || self.player.clock.running() || !self.scene.camera.settled()
-    }
-
-    /// Turns the camera, radians to the right and up.
-    pub fn orbit(&mut self, azimuth: f32, elevation: f32) {
-        self.scene.camera.orbit(azimuth, elevation);
-    }
-
-    /// Multiplies the camera's distance.
-    pub fn zoom(&mut self, factor: f32) {
-        self.scene.camera.zoom(factor);
-    }
-
-    /// Moves the camera's target by shares of the picture's height, right and up.
-    pub fn pan(&mut self, right: f32, up: f32) {
-        self.scene.camera.pan(right, up);
-    }
-
-    /// Goes back to the first view.
-    #[wasm_bindgen(js_name = resetCamera)]
-    pub fn reset_camera(&mut self) {
-        self.scene.camera.reset();
+        self.redraw || self.player.moving() || !self.scene.camera.settled()
     }
 
     /// Starts time.
@@ -287,7 +363,7 @@ impl Viewer {
 
     /// Goes to a time of the motion, seconds.
     pub fn seek(&mut self, seconds: f64) {
-        self.player.clock.seek(seconds);
+        self.player.seek(seconds);
         self.redraw = true;
     }
 
@@ -298,22 +374,40 @@ impl Viewer {
     }
 
     /// Whether the motion starts over at its end.
+    #[wasm_bindgen(getter)]
+    pub fn looping(&self) -> bool {
+        self.player.clock.looping()
+    }
+
+    /// Sets whether the motion starts over at its end.
     #[wasm_bindgen(js_name = setLoop)]
     pub fn set_loop(&mut self, looping: bool) {
         self.player.clock.set_looping(looping);
     }
 
-    /// `body`, `base` or `detailed`.
+    /// `detailed`, `base`, `body`, or something about the detailed surface: `wireframe`, `normals`, `laplacian`.
     #[wasm_bindgen(js_name = setView)]
     pub fn set_view(&mut self, view: &str) -> Result<(), Error> {
-        self.player.options.stage = match view {
-            "body" => Stage::Body,
-            "base" => Stage::Base,
-            "detailed" => Stage::Detailed,
-            other => return Err(Error::new(&format!("view: expected body, base or detailed, found {other}"))),
+        let (stage, shown) = match view {
+            "detailed" => (Stage::Detailed, View::Lit),
+            "base" => (Stage::Base, View::Lit),
+            "body" => (Stage::Body, View::Lit),
+            "wireframe" => (Stage::Detailed, View::Wireframe),
+            "normals" => (Stage::Detailed, View::Normals),
+            "laplacian" => (Stage::Detailed, View::Values),
+            other => return Err(Error::new(&format!("view: expected the name of a view, found {other}"))),
         };
-        self.redraw = true;
+        self.player.options.stage = stage;
+        self.player.tells_laplacian = shown == View::Values;
+        self.scene.view = shown;
+        self.pose_again();
         Ok(())
+    }
+
+    /// Whether the mesh's edges are drawn.
+    #[wasm_bindgen(getter, js_name = drawsLines)]
+    pub fn draws_lines(&self) -> bool {
+        self.scene.view == View::Wireframe
     }
 
     /// 0 is the base, 1 as trained, 2 exaggerated.
@@ -326,8 +420,33 @@ impl Viewer {
     /// `light` or `dark`.
     #[wasm_bindgen(js_name = setTheme)]
     pub fn set_theme(&mut self, theme: &str) {
-        self.scene.theme = if theme == "dark" { Theme::DARK } else { Theme::LIGHT };
+        self.theme = if theme == "dark" { Theme::DARK } else { Theme::LIGHT };
+        self.apply_theme();
+    }
+
+    /// A colour behind the figure (red, green, blue, opacity in sRGB, 0 ..= 1) in place of the theme's; none gives that back.
+    #[wasm_bindgen(js_name = setBackground)]
+    pub fn set_background(&mut self, colour: Option<Vec<f32>>) {
+        self.background = colour.and_then(|colour| colour.try_into().ok());
+        self.apply_theme();
+    }
+
+    /// Strength of the shadow on the floor, 0 ..= 1.
+    #[wasm_bindgen(js_name = setShadow)]
+    pub fn set_shadow(&mut self, strength: f32) {
+        self.shadow = strength.clamp(0.0, 1.0);
+        self.apply_theme();
+    }
+
+    /// One of the presets of light by name.
+    #[wasm_bindgen(js_name = setEnvironment)]
+    pub fn set_environment(&mut self, name: &str) -> Result<(), Error> {
+        let Some((_, environment)) = Environment::PRESETS.iter().find(|(preset, _)| *preset == name) else {
+            return Err(Error::new(&format!("environment: expected the name of a preset, found {name}")));
+        };
+        self.scene.environment = *environment;
         self.redraw = true;
+        Ok(())
     }
 
     /// Seconds since the motion's start.

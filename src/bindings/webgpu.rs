@@ -10,6 +10,12 @@ use crate::render::{Albedo, Renderer};
 use js_sys::Error;
 use wasm_bindgen::prelude::*;
 
+/// Devices that this thread's painters draw with: one for all of them.
+#[wasm_bindgen(js_name = deviceCount)]
+pub fn device_count() -> usize {
+    crate::render::screen::device_count()
+}
+
 /// Draws one viewer's scene on one canvas through WebGPU.
 #[wasm_bindgen]
 pub struct WebGpuPainter {
@@ -61,9 +67,9 @@ impl WebGpuPainter {
         self.screen.resize([width, height]);
     }
 
-    /// Whether it poses the avatar by itself.
-    pub fn poses(&self) -> bool {
-        self.animator.is_some()
+    /// Whether it poses the viewer's avatar by itself. Passes on the GPU do not tell of f_l.
+    pub fn poses(&self, viewer: &Viewer) -> bool {
+        self.animator.is_some() && !viewer.player().tells_laplacian
     }
 
     /// Whether the GPU keeps up, so that another picture may be drawn.
@@ -74,8 +80,11 @@ impl WebGpuPainter {
 
     /// Draws the viewer's scene. Returns whether there was something to draw on.
     pub fn draw(&mut self, viewer: &mut Viewer) -> bool {
+        let poses = self.poses(viewer);
         let Some(renderer) = &mut self.renderer else { return false };
-        if let Some(animator) = &mut self.animator
+        if !poses {
+            self.posed = None;
+        } else if let Some(animator) = &mut self.animator
             && let Some(wanted) = viewer.player().wanted()
             && self.posed.as_ref() != Some(wanted)
         {
@@ -86,6 +95,13 @@ impl WebGpuPainter {
             let outline = animator.outline(pose);
             self.posed = Some(wanted.clone());
             viewer.scene_mut().set_outline(&outline);
+        }
+        if renderer.wants_lines(viewer.scene()) {
+            match viewer.drawn_surface() {
+                Ok(surface) => renderer.set_lines(&surface),
+                // It was made when the painter was prepared, so it can be made now.
+                Err(_) => return false,
+            }
         }
         self.screen.present(|view, size| renderer.draw(view, size, viewer.scene()))
     }

@@ -2,8 +2,10 @@
 
 mod read;
 mod sample;
+mod timeline;
 
 pub use sample::interpolate;
+pub use timeline::{Timeline, fade_in};
 
 use crate::body::Pose;
 

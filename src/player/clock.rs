@@ -12,7 +12,7 @@ pub struct Clock {
 
 impl Default for Clock {
     fn default() -> Self {
-        Self { seconds: 0.0, duration: 0.0, rate: 1.0, playing: false, looping: true }
+        Self { seconds: 0.0, duration: 0.0, rate: 1.0, playing: false, looping: false }
     }
 }
 
@@ -90,17 +90,20 @@ impl Clock {
         !self.looping && self.at_end()
     }
 
-    /// Lets `seconds` of real time pass. At the end of a motion that does not loop, time stops.
-    pub fn advance(&mut self, seconds: f64) {
+    /// Lets `seconds` of real time pass, and returns whether the motion started over. At the end of a motion that does not loop, time
+    /// stops.
+    pub fn advance(&mut self, seconds: f64) -> bool {
         if !self.running() || !seconds.is_finite() {
-            return;
+            return false;
         }
         let next = self.seconds + seconds * self.rate;
         if self.looping {
             self.seconds = next.rem_euclid(self.duration);
+            self.seconds != next
         } else {
             self.seconds = next.clamp(0.0, self.duration);
             self.playing = !self.at_end();
+            false
         }
     }
 
@@ -136,8 +139,10 @@ mod tests {
     #[test]
     fn a_loop_wraps_both_ways() {
         let mut clock = clock(4.0);
+        clock.set_looping(true);
         clock.play();
-        clock.advance(9.5);
+        assert!(!clock.advance(1.0));
+        assert!(clock.advance(8.5));
         assert!((clock.seconds() - 1.5).abs() < 1e-12);
         clock.set_rate(-1.0);
         clock.advance(2.0);

@@ -43,7 +43,7 @@ impl Backdrop {
                 cache: None,
             })
         };
-        let blend = Some(BlendState::ALPHA_BLENDING);
+        let blend = Some(BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         Self {
             sky: pipeline("sky_vertex", "sky_fragment", PrimitiveTopology::TriangleList, None),
             floor: pipeline("floor_vertex", "floor_fragment", PrimitiveTopology::TriangleStrip, blend),

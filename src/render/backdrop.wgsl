@@ -1,4 +1,5 @@
-// The picture behind the figure: a gradient, and a disc of floor that fades into it and takes the shadows.
+// The picture behind the figure: a gradient, and a disc of floor that fades into it and takes the shadows. Colours are premultiplied by
+// their opacity.
 
 struct Sky {
     @builtin(position) pixel: vec4f,
@@ -24,7 +25,7 @@ fn sky_vertex(@builtin(vertex_index) index: u32) -> Sky {
 @fragment
 fn sky_fragment(in: Sky) -> @location(0) vec4f {
     let colour = backdrop(in.height);
-    return vec4f(encode_srgb(colour) + dither(in.pixel.xy), 1.0);
+    return vec4f(encode_srgb(colour) + dither(in.pixel.xy), 1.0) * globals.backdrop_opacity;
 }
 
 struct Floor {
@@ -51,5 +52,7 @@ fn floor_fragment(in: Floor) -> @location(0) vec4f {
     let open = floor_openness(in.position, in.pixel.xy);
     let light = mix(1.0, visible, globals.shadow_strength) * mix(1.0, open, globals.shadow_strength);
     let colour = globals.floor_colour * light;
-    return vec4f(encode_srgb(colour) + dither(in.pixel.xy), fade);
+    // Where the backdrop lets the page through, the floor does, too, and only its shadow stays.
+    let opacity = mix((1.0 - light) * fade, fade, globals.backdrop_opacity);
+    return vec4f((encode_srgb(colour) + dither(in.pixel.xy)) * fade * globals.backdrop_opacity, opacity);
 }

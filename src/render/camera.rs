@@ -55,6 +55,21 @@ impl Orbit {
     }
 }
 
+/// What the camera does where the figure goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Follow {
+    /// It comes along softly.
+    #[default]
+    Soft,
+    /// It keeps the root in the middle.
+    Root,
+    /// It stays.
+    Stay,
+}
+
+/// Vertical field of view of the first view, radians.
+const USUAL_FIELD_OF_VIEW: f32 = 0.5;
+
 /// An [`Orbit`] on its way to another one, about a point that follows the figure.
 #[derive(Clone, Debug)]
 pub struct OrbitCamera {
@@ -64,26 +79,44 @@ pub struct OrbitCamera {
     /// Point on the floor under the figure: wanted, and as followed.
     root: Option<Vec3>,
     followed: Vec3,
+    follow: Follow,
     /// Vertical field of view of a square view, radians.
     field_of_view: f32,
+    /// Radians a second by which it turns by itself, seconds for which it rests after it was moved, and those that are left of them.
+    turn: f32,
+    turn_rest: f32,
+    resting: f32,
 }
 
 impl Default for OrbitCamera {
     fn default() -> Self {
         let home = Orbit::default();
-        Self { home, goal: home, now: home, root: None, followed: Vec3::ZERO, field_of_view: 0.5 }
+        Self {
+            home,
+            goal: home,
+            now: home,
+            root: None,
+            followed: Vec3::ZERO,
+            follow: Follow::default(),
+            field_of_view: USUAL_FIELD_OF_VIEW,
+            turn: 0.0,
+            turn_rest: 0.0,
+            resting: 0.0,
+        }
     }
 }
 
 impl OrbitCamera {
     /// Turns the eye about the target: `azimuth` to the right, `elevation` up, radians.
     pub fn orbit(&mut self, azimuth: f32, elevation: f32) {
+        self.resting = self.turn_rest;
         self.goal.azimuth += azimuth;
         self.goal.elevation = (self.goal.elevation + elevation).clamp(LOWEST_ELEVATION, HIGHEST_ELEVATION);
     }
 
     /// Multiplies the distance by `factor`.
     pub fn zoom(&mut self, factor: f32) {
+        self.resting = self.turn_rest;
         if factor > 0.0 {
             self.goal.distance = (self.goal.distance * factor).clamp(NEAREST, FARTHEST);
         }
@@ -91,6 +124,7 @@ impl OrbitCamera {
 
     /// Moves the target by shares of the view's height, right and up.
     pub fn pan(&mut self, right: f32, up: f32) {
+        self.resting = self.turn_rest;
         let height = 2.0 * self.goal.distance * (0.5 * self.field_of_view).tan();
         let (sine, cosine) = self.goal.azimuth.sin_cos();
         let target = self.goal.target + height * (right * Vec3::new(cosine, 0.0, -sine) + up * Vec3::Y);
@@ -103,30 +137,96 @@ impl OrbitCamera {
         self.goal = Orbit { azimuth: self.home.azimuth + turns * TAU, ..self.home };
     }
 
+    /// Sets the first view, and goes there: azimuth and elevation in radians, distance in metres, or a `share` of the usual one. What is not
+    /// given is as usual.
+    pub fn set_orbit(&mut self, azimuth: Option<f32>, elevation: Option<f32>, distance: Option<f32>, share: f32) {
+        let usual = Orbit::default();
+        let azimuth = azimuth.unwrap_or(usual.azimuth);
+        let elevation = elevation.unwrap_or(usual.elevation).clamp(LOWEST_ELEVATION, HIGHEST_ELEVATION);
+        let distance = distance.unwrap_or(usual.distance * share).clamp(NEAREST, FARTHEST);
+        self.home = Orbit { azimuth, elevation, distance, ..self.home };
+        self.reset();
+    }
+
+    /// Sets what the first view looks at, metres, relative to the followed point; none is the usual point.
+    pub fn set_target(&mut self, target: Option<Vec3>) {
+        self.home.target = target.unwrap_or(Orbit::default().target);
+        self.goal.target = self.home.target;
+    }
+
+    /// Sets the vertical field of view of a square view, radians; none is the usual one.
+    pub fn set_field_of_view(&mut self, radians: Option<f32>) {
+        self.field_of_view = radians.unwrap_or(USUAL_FIELD_OF_VIEW).clamp(0.05, 2.5);
+    }
+
+    /// Turns about the figure by itself, radians a second, except for `rest` seconds after it was moved.
+    pub fn set_turn(&mut self, radians_per_second: f32, rest: f32) {
+        self.turn = radians_per_second;
+        self.turn_rest = rest.max(0.0);
+        self.resting = 0.0;
+    }
+
+    /// Sets what it does where the figure goes.
+    pub fn set_follow(&mut self, follow: Follow) {
+        self.follow = follow;
+    }
+
+    /// Where it is now.
+    pub fn orbit_now(&self) -> Orbit {
+        self.now
+    }
+
+    /// The vertical field of view of a square view, radians.
+    pub fn field_of_view(&self) -> f32 {
+        self.field_of_view
+    }
+
+    /// Ends its movement at once; it does not move after a figure that it is not to follow.
+    pub fn jump(&mut self) {
+        self.now = self.goal;
+        self.followed = self.followed_goal();
+    }
+
+    /// The point over the floor that it is on the way to.
+    fn followed_goal(&self) -> Vec3 {
+        match self.root {
+            Some(root) if self.follow != Follow::Stay => root,
+            _ => self.followed,
+        }
+    }
+
     /// Follows a figure whose root joint is at `root`: over the floor, not up and down.
     pub fn follow(&mut self, root: Vec3) {
         let root = Vec3::new(root.x, 0.0, root.z);
         match self.root {
             None => self.followed = root,
-            Some(last) if last.distance(root) > CUT_METRES => self.followed += root - last,
+            Some(last) if last.distance(root) > CUT_METRES && self.follow == Follow::Soft => {
+                self.followed += root - last;
+            }
             Some(_) => {}
         }
         self.root = Some(root);
+        if self.follow == Follow::Root {
+            self.followed = root;
+        }
     }
 
     /// Lets `seconds` pass.
     pub fn advance(&mut self, seconds: f32) {
-        let share = |time: f32| 1.0 - (-seconds.max(0.0) / time).exp();
+        let seconds = seconds.max(0.0);
+        let share = |time: f32| 1.0 - (-seconds / time).exp();
+        let turn = self.turn * (seconds - self.resting).max(0.0);
+        self.resting = (self.resting - seconds).max(0.0);
+        self.goal.azimuth += turn;
+        self.now.azimuth += turn;
         self.now = self.now.towards(&self.goal, share(EASE_SECONDS));
-        if let Some(root) = self.root {
-            self.followed = self.followed.lerp(root, share(FOLLOW_SECONDS));
-        }
+        self.followed = self.followed.lerp(self.followed_goal(), share(FOLLOW_SECONDS));
     }
 
     /// Whether letting time pass would no longer move the picture.
     pub fn settled(&self) -> bool {
-        let lag = self.root.map_or(0.0, |root| root.distance(self.followed));
-        self.now.difference(&self.goal) < 1e-4 && lag < 1e-3
+        let lag = self.followed_goal().distance(self.followed);
+        self.turn == 0.0 && self.now.difference(&self.goal) < 1e-4 && lag < 1e-3
     }
 
     /// What the camera looks at, metres.
@@ -244,6 +344,58 @@ mod tests {
         settle(&mut camera);
         assert!((camera.now.azimuth - azimuth).abs() < 1.0);
         assert!(camera.eye(1.0).distance(home) < 1e-3);
+    }
+
+    #[test]
+    fn a_first_view_by_numbers_is_gone_to_and_come_back_to() {
+        let mut camera = OrbitCamera::default();
+        camera.set_orbit(Some(1.0), None, Some(3.0), 1.0);
+        camera.set_target(Some(Vec3::Y));
+        camera.jump();
+        assert!((camera.eye(1.0).distance(Vec3::Y) - 3.0).abs() < 1e-4);
+        assert_eq!(camera.orbit_now().azimuth, 1.0);
+        camera.orbit(0.5, 0.1);
+        camera.reset();
+        settle(&mut camera);
+        assert!((camera.orbit_now().azimuth - 1.0).abs() < 1e-4);
+        camera.set_orbit(None, None, None, 0.5);
+        camera.jump();
+        assert!((camera.orbit_now().distance - 0.5 * Orbit::default().distance).abs() < 1e-5);
+    }
+
+    #[test]
+    fn it_turns_by_itself_and_rests_after_it_was_moved() {
+        let mut camera = OrbitCamera::default();
+        let start = camera.orbit_now().azimuth;
+        camera.set_turn(0.5, 2.0);
+        assert!(!camera.settled());
+        camera.advance(1.0);
+        assert!((camera.orbit_now().azimuth - start - 0.5).abs() < 1e-4);
+        camera.orbit(0.0, 0.1);
+        camera.advance(1.5);
+        assert!((camera.orbit_now().azimuth - start - 0.5).abs() < 1e-4, "it rests");
+        camera.advance(1.0);
+        assert!((camera.orbit_now().azimuth - start - 0.75).abs() < 1e-4);
+    }
+
+    #[test]
+    fn it_follows_as_it_is_told() {
+        let walked = Vec3::new(0.3, 1.0, 0.0);
+        let target = |follow| {
+            let mut camera = OrbitCamera::default();
+            camera.set_follow(follow);
+            camera.follow(Vec3::Y);
+            camera.follow(walked);
+            camera.target().x
+        };
+        assert_eq!([Follow::Soft, Follow::Root, Follow::Stay].map(target), [0.0, 0.3, 0.0]);
+        let mut camera = OrbitCamera::default();
+        camera.set_follow(Follow::Stay);
+        camera.follow(Vec3::Y);
+        camera.follow(walked);
+        assert!(camera.settled(), "it has nowhere to go");
+        settle(&mut camera);
+        assert_eq!(camera.target().x, 0.0);
     }
 
     #[test]

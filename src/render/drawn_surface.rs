@@ -19,6 +19,18 @@ pub struct DrawnVertex {
     pub colour: [u8; 4],
 }
 
+impl DrawnVertex {
+    /// Its colour in sRGB.
+    pub fn srgb(&self) -> [u8; 3] {
+        let [red, green, blue, _] = self.colour;
+        [red, green, blue].map(|linear| {
+            let linear = f32::from(linear) / 255.0;
+            let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            (255.0 * encoded).round() as u8
+        })
+    }
+}
+
 /// Drawn vertices of the finest level, and triangles over them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnSurface {
@@ -57,6 +69,15 @@ impl DrawnSurface {
         let levels = (0..=level_count).map(|level| subdivision.triangles(level).to_vec()).collect();
         Ok(Self { vertices, levels })
     }
+}
+
+/// The edges of `triangles`, each once.
+pub fn edges(triangles: &[Triangle]) -> Vec<[u32; 2]> {
+    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
 }
 
 /// Each subdivision makes four triangles of one.
@@ -149,6 +170,11 @@ mod tests {
                 assert_eq!(vertex.colour, [0, 100, 200, 255]);
             }
         }
+    }
+
+    #[test]
+    fn every_edge_is_there_once() {
+        assert_eq!(edges(&BODY), [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]);
     }
 
     #[test]

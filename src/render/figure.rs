@@ -1,7 +1,7 @@
 //! The figure: static drawn topology, this frame's vertices, albedo, and the pass that lights them.
 
 use super::albedo::Albedo;
-use super::drawn_surface::{DrawnSurface, DrawnVertex};
+use super::drawn_surface::{DrawnSurface, DrawnVertex, edges};
 use super::scene::Scene;
 use super::surface_vertex::SurfaceVertex;
 use super::{shader_sources, targets};
@@ -67,6 +67,8 @@ pub(super) struct Figure {
     drawn_vertices: Buffer,
     /// Triangles of each level and how many indices they are, level 0 first.
     levels: Vec<(Buffer, u32)>,
+    /// Edges of each level and how many indices they are; none until they are wanted.
+    lines: Vec<(Buffer, u32)>,
     vertices: Buffer,
     /// Revision of the scene whose vertices were uploaded last.
     revision: u32,
@@ -102,10 +104,29 @@ impl Figure {
                 BufferUsages::VERTEX,
             ),
             levels: levels.collect(),
+            lines: Vec::new(),
             group: group(device, layout, &vertices, albedo),
             vertices,
             revision: 0,
         }
+    }
+
+    /// Makes the edges of `surface`, the figure's, ready to draw.
+    pub fn set_lines(&mut self, device: &Device, surface: &DrawnSurface) {
+        let lines = surface.levels.iter().map(|triangles| {
+            let edges = edges(triangles);
+            let contents = bytemuck::cast_slice(&edges);
+            let usage = BufferUsages::INDEX;
+            let indices =
+                device.create_buffer_init(&BufferInitDescriptor { label: Some("figure: edges"), contents, usage });
+            (indices, 2 * edges.len() as u32)
+        });
+        self.lines = lines.collect();
+    }
+
+    /// Whether edges are ready to draw.
+    pub fn has_lines(&self) -> bool {
+        !self.lines.is_empty()
     }
 
     /// Replaces the albedo.
@@ -130,8 +151,17 @@ impl Figure {
 
     /// Draws the triangles of the level `coarser` levels below the finest (of level 0 where there are fewer) with the pass's pipeline.
     pub fn draw(&self, pass: &mut RenderPass<'_>, coarser: usize) {
-        let level = self.levels.len().saturating_sub(1 + coarser);
-        let Some((indices, count)) = self.levels.get(level) else { return };
+        self.draw_level(pass, &self.levels, coarser);
+    }
+
+    /// [`Self::draw`] for the edges.
+    pub fn draw_lines(&self, pass: &mut RenderPass<'_>, coarser: usize) {
+        self.draw_level(pass, &self.lines, coarser);
+    }
+
+    fn draw_level(&self, pass: &mut RenderPass<'_>, levels: &[(Buffer, u32)], coarser: usize) {
+        let level = levels.len().saturating_sub(1 + coarser);
+        let Some((indices, count)) = levels.get(level) else { return };
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_vertex_buffer(0, self.drawn_vertices.slice(..));
         pass.set_index_buffer(indices.slice(..), IndexFormat::Uint32);
@@ -151,13 +181,13 @@ fn group(device: &Device, layout: &BindGroupLayout, vertices: &Buffer, albedo: &
     })
 }
 
-/// The pipeline that draws the lit figure.
-pub(super) fn pipeline(
+/// The pipelines that draw the lit figure, and its edges.
+pub(super) fn pipelines(
     device: &Device,
     globals: &BindGroupLayout,
     figure: &BindGroupLayout,
     format: TextureFormat,
-) -> RenderPipeline {
+) -> [RenderPipeline; 2] {
     let module = device.create_shader_module(ShaderModuleDescriptor {
         label: Some("figure"),
         source: ShaderSource::Wgsl(shader_sources::FIGURE.into()),
@@ -167,25 +197,30 @@ pub(super) fn pipeline(
         bind_group_layouts: &[Some(globals), Some(figure)],
         immediate_size: 0,
     });
-    device.create_render_pipeline(&RenderPipelineDescriptor {
-        label: Some("figure"),
-        layout: Some(&layout),
-        vertex: VertexState {
-            module: &module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[Some(vertex_layout(&VERTEX_ATTRIBUTES))],
-        },
-        primitive: PrimitiveState { cull_mode: Some(Face::Back), ..Default::default() },
-        depth_stencil: Some(targets::depth_state(true)),
-        multisample: targets::multisample(),
-        fragment: Some(FragmentState {
-            module: &module,
-            entry_point: Some("fragment"),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let pipeline = |vertex, fragment, primitive| {
+        device.create_render_pipeline(&RenderPipelineDescriptor {
+            label: Some(fragment),
+            layout: Some(&layout),
+            vertex: VertexState {
+                module: &module,
+                entry_point: Some(vertex),
+                compilation_options: Default::default(),
+                buffers: &[Some(vertex_layout(&VERTEX_ATTRIBUTES))],
+            },
+            primitive,
+            depth_stencil: Some(targets::depth_state(true)),
+            multisample: targets::multisample(),
+            fragment: Some(FragmentState {
+                module: &module,
+                entry_point: Some(fragment),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    };
+    let triangles = PrimitiveState { cull_mode: Some(Face::Back), ..Default::default() };
+    let lines = PrimitiveState { topology: PrimitiveTopology::LineList, ..Default::default() };
+    [pipeline("vertex", "fragment", triangles), pipeline("line_vertex", "line_fragment", lines)]
 }

@@ -1,7 +1,9 @@
 //! What every pass of the picture shares: camera, lights, maps, colours.
 
 use super::camera::OrbitCamera;
-use super::light::{self, Bounds, KEY_DIRECTION, KEY_MAP};
+use super::environment::Environment;
+use super::light::{self, Bounds, KEY_MAP};
+use super::view::View;
 use glam::{Mat4, Vec3};
 
 /// Colours around the figure. Linear RGB.
@@ -13,6 +15,8 @@ pub struct Theme {
     pub backdrop_high: Vec3,
     /// The lit floor.
     pub floor: Vec3,
+    /// Opacity of the backdrop, 0 ..= 1; the shadow stays where it is less.
+    pub opacity: f32,
     /// How dark the floor gets in shadow, 0 ..= 1.
     pub shadow_strength: f32,
 }
@@ -23,6 +27,7 @@ impl Theme {
         backdrop_low: Vec3::new(0.74, 0.75, 0.77),
         backdrop_high: Vec3::new(0.87, 0.89, 0.92),
         floor: Vec3::new(0.84, 0.845, 0.855),
+        opacity: 1.0,
         shadow_strength: 0.6,
     };
     /// A dim one.
@@ -30,8 +35,19 @@ impl Theme {
         backdrop_low: Vec3::new(0.020, 0.021, 0.025),
         backdrop_high: Vec3::new(0.009, 0.010, 0.013),
         floor: Vec3::new(0.046, 0.048, 0.054),
+        opacity: 1.0,
         shadow_strength: 0.8,
     };
+
+    /// This theme with one sRGB colour (red, green, blue, opacity, 0 ..= 1) behind the figure and on the floor.
+    pub fn with_background(self, [red, green, blue, opacity]: [f32; 4]) -> Self {
+        let colour = Vec3::new(red, green, blue).map(linear_from_srgb);
+        Self { backdrop_low: colour, backdrop_high: colour, floor: colour, opacity, ..self }
+    }
+}
+
+fn linear_from_srgb(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Host twin of `Globals` in globals.wgsl, byte for byte.
@@ -56,9 +72,9 @@ pub struct Globals {
     pub(super) floor_colour: Vec3,
     pub(super) floor_z: f32,
     pub(super) backdrop_low: Vec3,
-    pub(super) padding_0: f32,
+    pub(super) backdrop_opacity: f32,
     pub(super) backdrop_high: Vec3,
-    pub(super) padding_1: f32,
+    pub(super) view: u32,
 }
 
 impl Globals {
@@ -68,8 +84,15 @@ impl Globals {
     pub const BELOW_MATRIX_OFFSET: usize = std::mem::offset_of!(Self, below_from_world);
 
     /// For a figure within `bounds`, seen by `camera` in a picture of `aspect` = width / height.
-    pub(super) fn new(camera: &OrbitCamera, aspect: f32, bounds: Bounds, theme: &Theme) -> Self {
-        let key_from_world = light::key_from_world(bounds);
+    pub(super) fn new(
+        camera: &OrbitCamera,
+        aspect: f32,
+        bounds: Bounds,
+        theme: &Theme,
+        environment: &Environment,
+        view: View,
+    ) -> Self {
+        let key_from_world = light::key_from_world(bounds, environment.key_direction);
         let below_from_world = light::below_from_world(bounds);
         Self {
             clip_from_world: camera.clip_from_world(aspect),
@@ -77,22 +100,35 @@ impl Globals {
             below_from_world,
             eye: camera.eye(aspect),
             key_texel: light::texel_metres(key_from_world, KEY_MAP.texels),
-            key_direction: KEY_DIRECTION.normalize(),
+            key_direction: environment.key_direction,
             key_depth: 4.0 * bounds.radius(),
-            key_colour: 2.3 * Vec3::new(1.0, 0.965, 0.91),
+            key_colour: environment.key_colour,
             below_width: light::texel_metres(below_from_world, 1),
-            sky_colour: 0.80 * Vec3::new(0.86, 0.94, 1.08),
+            sky_colour: environment.sky_colour,
             floor_radius: 5.0,
-            bounce_colour: 0.52 * Vec3::new(1.0, 0.95, 0.9),
+            bounce_colour: environment.bounce_colour,
             shadow_strength: theme.shadow_strength,
-            rim_colour: 0.55 * Vec3::new(0.95, 0.98, 1.05),
+            rim_colour: environment.rim_colour,
             floor_x: camera.target().x,
             floor_colour: theme.floor,
             floor_z: camera.target().z,
             backdrop_low: theme.backdrop_low,
-            padding_0: 0.0,
+            backdrop_opacity: theme.opacity,
             backdrop_high: theme.backdrop_high,
-            padding_1: 0.0,
+            view: view as u32,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_background_is_srgb_and_keeps_the_theme_s_shadow() {
+        let theme = Theme::DARK.with_background([1.0, 0.5, 0.0, 0.25]);
+        assert!(theme.floor.distance(Vec3::new(1.0, 0.214_041, 0.0)) < 1e-4, "{}", theme.floor);
+        assert_eq!((theme.opacity, theme.shadow_strength), (0.25, Theme::DARK.shadow_strength));
+        assert_eq!(theme.backdrop_low, theme.backdrop_high);
     }
 }

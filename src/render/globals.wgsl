@@ -24,7 +24,10 @@ struct Globals {
     floor_colour: vec3f,
     floor_z: f32,
     backdrop_low: vec3f,
+    backdrop_opacity: f32,
     backdrop_high: vec3f,
+    // What the figure's colours tell: one of the numbers in figure.wgsl.
+    view: u32,
 }
 
 @group(0) @binding(0) var<uniform> globals: Globals;

@@ -2,9 +2,6 @@
 
 use glam::{Mat4, Vec3, Vec3A};
 
-/// Towards the key light: high, to the left of the figure's front, low enough that it grazes the cloth.
-pub(super) const KEY_DIRECTION: Vec3 = Vec3::new(-0.55, 0.70, 0.56);
-
 /// Up to this height above the floor, metres, the figure darkens the floor beneath it.
 pub(super) const CONTACT_HEIGHT: f32 = 0.35;
 
@@ -54,9 +51,8 @@ impl Bounds {
     }
 }
 
-/// Clip space of the key light's shadow map from world. The map holds the figure; the depth goes on beyond it to the floor.
-pub(super) fn key_from_world(bounds: Bounds) -> Mat4 {
-    let direction = KEY_DIRECTION.normalize();
+/// Clip space of the key light's shadow map from world; the light is in `direction`, a unit vector. The map holds the figure; the depth goes on beyond it to the floor.
+pub(super) fn key_from_world(bounds: Bounds, direction: Vec3) -> Mat4 {
     let (centre, radius) = (bounds.centre(), bounds.radius());
     let view = glam::camera::rh::view::look_at_mat4(centre + radius * direction, centre, Vec3::Y);
     glam::camera::rh::proj::directx::orthographic(-radius, radius, -radius, radius, 0.0, 4.0 * radius) * view
@@ -84,6 +80,9 @@ pub(super) fn texel_metres(clip_from_world: Mat4, size: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Environment;
+
+    const KEY_DIRECTION: Vec3 = Environment::STUDIO.key_direction;
 
     const BOUNDS: Bounds = Bounds { low: Vec3::new(0.5, 0.0, -0.2), high: Vec3::new(1.5, 1.8, 0.6) };
 
@@ -97,14 +96,14 @@ mod tests {
     #[test]
     fn the_key_light_sees_the_whole_figure() {
         for corner in corners(BOUNDS) {
-            let seen = key_from_world(BOUNDS).project_point3(corner);
+            let seen = key_from_world(BOUNDS, KEY_DIRECTION).project_point3(corner);
             assert!(seen.x.abs() <= 1.0001 && seen.y.abs() <= 1.0001 && (0.0..=1.0).contains(&seen.z), "{seen}");
         }
     }
 
     #[test]
     fn what_is_nearer_to_the_light_has_less_depth() {
-        let matrix = key_from_world(BOUNDS);
+        let matrix = key_from_world(BOUNDS, KEY_DIRECTION);
         let nearer = matrix.project_point3(BOUNDS.centre() + 0.1 * KEY_DIRECTION);
         assert!(nearer.z < matrix.project_point3(BOUNDS.centre()).z);
     }
@@ -120,13 +119,13 @@ mod tests {
 
     #[test]
     fn texels_measure_the_map() {
-        let size = texel_metres(key_from_world(BOUNDS), 1000);
+        let size = texel_metres(key_from_world(BOUNDS, KEY_DIRECTION), 1000);
         assert!((size - 2.0 * BOUNDS.radius() / 1000.0).abs() < 1e-6);
     }
 
     #[test]
     fn no_vertices_and_bad_vertices_give_usable_bounds() {
-        assert!(key_from_world(Bounds::of(&[])).is_finite());
+        assert!(key_from_world(Bounds::of(&[]), KEY_DIRECTION).is_finite());
         let bounds = Bounds::of(&[Vec3A::NAN, Vec3A::ONE, Vec3A::ZERO]);
         assert_eq!((bounds.low, bounds.high), (Vec3::ZERO, Vec3::ONE));
     }

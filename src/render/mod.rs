@@ -10,6 +10,7 @@ mod backdrop;
 mod camera;
 mod depth_map;
 mod drawn_surface;
+mod environment;
 mod figure;
 mod globals;
 mod light;
@@ -20,6 +21,7 @@ pub mod screen;
 mod shader_sources;
 mod surface_vertex;
 mod targets;
+mod view;
 
 #[cfg(test)]
 mod shader_tests;
@@ -27,11 +29,13 @@ mod shader_tests;
 mod webgl2_shader_sources;
 
 pub use albedo::{ANISOTROPY, Albedo};
-pub use camera::{Orbit, OrbitCamera};
-pub use drawn_surface::{DrawnSurface, DrawnVertex};
+pub use camera::{Follow, Orbit, OrbitCamera};
+pub use drawn_surface::{DrawnSurface, DrawnVertex, edges};
+pub use environment::Environment;
 pub use globals::{Globals, Theme};
 pub use light::{BELOW_MAP, KEY_MAP, MapSize};
 pub use renderer::Renderer;
 pub use scene::Scene;
 pub use surface_vertex::SurfaceVertex;
 pub use targets::SAMPLE_COUNT;
+pub use view::View;

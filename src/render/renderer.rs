@@ -9,6 +9,7 @@ use super::globals::Globals;
 use super::light::{BELOW_MAP, KEY_MAP};
 use super::scene::Scene;
 use super::targets::Targets;
+use super::view::View;
 use wgpu::*;
 
 /// Draws one figure into textures of one format.
@@ -23,6 +24,7 @@ pub struct Renderer {
     below_map: DepthMap,
     backdrop: Backdrop,
     figure_pipeline: RenderPipeline,
+    line_pipeline: RenderPipeline,
     figure: Figure,
     targets: Option<Targets>,
 }
@@ -49,10 +51,12 @@ impl Renderer {
             mapped_at_creation: false,
         });
         let albedo = Albedo::white(&device, &queue);
+        let [figure_pipeline, line_pipeline] = figure::pipelines(&device, &globals_layout, &figure_layout, format);
         Self {
             globals_group: globals_group(&device, &globals_layout, &globals, &key_map, &below_map),
             backdrop: Backdrop::new(&device, &globals_layout, format),
-            figure_pipeline: figure::pipeline(&device, &globals_layout, &figure_layout, format),
+            figure_pipeline,
+            line_pipeline,
             figure: Figure::new(&device, &figure_layout, surface, vertex_count, &albedo),
             targets: None,
             device,
@@ -68,6 +72,16 @@ impl Renderer {
     /// Replaces the figure's albedo.
     pub fn set_albedo(&mut self, albedo: &Albedo) {
         self.figure.set_albedo(&self.device, &self.figure_layout, albedo);
+    }
+
+    /// Whether `scene` asks for edges that [`Self::set_lines`] has not been given yet.
+    pub fn wants_lines(&self, scene: &Scene) -> bool {
+        scene.view == View::Wireframe && !self.figure.has_lines()
+    }
+
+    /// Makes the edges of `surface`, the one that is drawn, ready to draw.
+    pub fn set_lines(&mut self, surface: &DrawnSurface) {
+        self.figure.set_lines(&self.device, surface);
     }
 
     /// The buffer that the figure is drawn from: 16 bytes a vertex, position and octahedral normal. Whoever fills it on the GPU tells
@@ -96,6 +110,10 @@ impl Renderer {
             self.backdrop.draw(&mut pass);
             pass.set_pipeline(&self.figure_pipeline);
             self.figure.draw(&mut pass, scene.coarser());
+            if scene.view == View::Wireframe {
+                pass.set_pipeline(&self.line_pipeline);
+                self.figure.draw_lines(&mut pass, scene.coarser());
+            }
         }
         self.queue.submit([encoder.finish()]);
     }

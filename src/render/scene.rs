@@ -1,9 +1,11 @@
 //! What there is to see, made ready for whatever draws it: packed vertices, camera, light, colours. No device.
 
 use super::camera::OrbitCamera;
+use super::environment::Environment;
 use super::globals::{Globals, Theme};
 use super::light::Bounds;
 use super::surface_vertex::SurfaceVertex;
+use super::view::View;
 use glam::Vec3A;
 
 /// A figure, and how it is looked at.
@@ -13,6 +15,10 @@ pub struct Scene {
     pub camera: OrbitCamera,
     /// Colours around the figure.
     pub theme: Theme,
+    /// Light on the figure.
+    pub environment: Environment,
+    /// What the surface's colours tell.
+    pub view: View,
     vertices: Vec<SurfaceVertex>,
     coarser: usize,
     bounds: Bounds,
@@ -26,6 +32,8 @@ impl Default for Scene {
         Self {
             camera: OrbitCamera::default(),
             theme: Theme::LIGHT,
+            environment: Environment::STUDIO,
+            view: View::Lit,
             vertices: Vec::new(),
             coarser: 0,
             bounds,
@@ -43,6 +51,16 @@ impl Scene {
         self.vertices.clear();
         let pairs = positions.iter().zip(normals);
         self.vertices.extend(pairs.map(|(&position, &normal)| SurfaceVertex::new(position, normal)));
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// [`Self::set_figure`] with a number for each vertex in place of its normal, for [`View::Values`].
+    pub fn set_figure_of_values(&mut self, positions: &[Vec3A], values: &[f32], coarser: usize) {
+        self.coarser = coarser;
+        self.bounds = Bounds::of(positions);
+        self.vertices.clear();
+        let pairs = positions.iter().zip(values);
+        self.vertices.extend(pairs.map(|(&position, &value)| SurfaceVertex::of_value(position, value)));
         self.revision = self.revision.wrapping_add(1);
     }
 
@@ -71,7 +89,7 @@ impl Scene {
 
     /// What all passes of a picture of `aspect` = width / height share.
     pub fn globals(&self, aspect: f32) -> Globals {
-        Globals::new(&self.camera, aspect, self.bounds, &self.theme)
+        Globals::new(&self.camera, aspect, self.bounds, &self.theme, &self.environment, self.view)
     }
 }
 

@@ -1,5 +1,8 @@
 //! A canvas as something to draw on: WebGPU's adapter, device and surface, and what goes wrong with them.
+//! The first fault of a device is every screen's that draws with it.
 
+use std::cell::{Cell, RefCell};
+use std::rc::{Rc, Weak};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wasm_bindgen::{JsCast, JsValue};
@@ -37,26 +40,33 @@ impl ScreenError {
 /// The first thing that went wrong, told by WebGPU's callbacks.
 type Fault = Arc<Mutex<Option<ScreenError>>>;
 
-/// A canvas and the device that draws on it.
-pub struct Screen {
-    surface: Surface<'static>,
+/// A device, and where it came from. All canvases of a thread draw with the same one: it goes when the last of them does.
+struct Gpu {
+    instance: Instance,
+    adapter: Adapter,
     device: Device,
     queue: Queue,
-    configuration: SurfaceConfiguration,
-    configured: bool,
     fault: Fault,
-    /// Pictures handed to the GPU and not finished.
-    unfinished: Arc<AtomicU32>,
-    adapter_info: AdapterInfo,
 }
 
-/// More unfinished pictures than this only make the picture late.
-const MOST_UNFINISHED: u32 = 2;
+thread_local! {
+    static SHARED: RefCell<Weak<Gpu>> = const { RefCell::new(Weak::new()) };
+    static DEVICES: Cell<usize> = const { Cell::new(0) };
+}
 
-impl Screen {
-    /// Asks for a device that can draw on `canvas`, with those of `features` that the adapter has. Nothing beyond WebGPU's default limits
-    /// is wanted.
-    pub async fn new(canvas: JsValue, features: Features) -> Result<Self, ScreenError> {
+impl Gpu {
+    /// The thread's device; another one where there is none yet, or where it has a fault. Must not be called while an earlier call waits.
+    async fn shared(features: Features) -> Result<Rc<Self>, ScreenError> {
+        let found = SHARED.with_borrow(Weak::upgrade).filter(|gpu| lock(&gpu.fault).is_none());
+        if let Some(gpu) = found {
+            return Ok(gpu);
+        }
+        let gpu = Rc::new(Self::new(features).await?);
+        SHARED.set(Rc::downgrade(&gpu));
+        Ok(gpu)
+    }
+
+    async fn new(features: Features) -> Result<Self, ScreenError> {
         let instance = util::new_instance_with_webgpu_detection(InstanceDescriptor {
             backends: Backends::BROWSER_WEBGPU,
             ..InstanceDescriptor::new_without_display_handle()
@@ -77,24 +87,52 @@ impl Screen {
             .await
             .map_err(|error| ScreenError::Unsupported(error.to_string()))?;
         let fault = watch(&device);
+        DEVICES.set(DEVICES.get() + 1);
+        Ok(Self { instance, adapter, device, queue, fault })
+    }
+}
+
+/// Devices of this thread that are in use.
+pub fn device_count() -> usize {
+    DEVICES.get()
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        DEVICES.set(DEVICES.get() - 1);
+        self.device.destroy();
+    }
+}
+
+/// A canvas and the device that draws on it.
+pub struct Screen {
+    surface: Surface<'static>,
+    gpu: Rc<Gpu>,
+    configuration: SurfaceConfiguration,
+    configured: bool,
+    /// Pictures handed to the GPU and not finished.
+    unfinished: Arc<AtomicU32>,
+    adapter_info: AdapterInfo,
+}
+
+/// More unfinished pictures than this only make the picture late.
+const MOST_UNFINISHED: u32 = 2;
+
+impl Screen {
+    /// Asks for a device that can draw on `canvas`, with those of `features` that the adapter has: the one that the thread's other screens
+    /// use, if there are any. Nothing beyond WebGPU's default limits is wanted. One call at a time.
+    pub async fn new(canvas: JsValue, features: Features) -> Result<Self, ScreenError> {
+        let gpu = Gpu::shared(features).await?;
         let surface =
-            instance.create_surface(target(canvas)?).map_err(|error| ScreenError::Canvas(error.to_string()))?;
-        let configuration = configuration(&surface, &adapter)?;
-        Ok(Self {
-            surface,
-            device,
-            queue,
-            configuration,
-            configured: false,
-            fault,
-            unfinished: Arc::default(),
-            adapter_info: adapter.get_info(),
-        })
+            gpu.instance.create_surface(target(canvas)?).map_err(|error| ScreenError::Canvas(error.to_string()))?;
+        let configuration = configuration(&surface, &gpu.adapter)?;
+        let adapter_info = gpu.adapter.get_info();
+        Ok(Self { surface, gpu, configuration, configured: false, unfinished: Arc::default(), adapter_info })
     }
 
     /// The device.
     pub fn device(&self) -> &Device {
-        &self.device
+        &self.gpu.device
     }
 
     /// What is known of the adapter.
@@ -104,7 +142,7 @@ impl Screen {
 
     /// Its queue.
     pub fn queue(&self) -> &Queue {
-        &self.queue
+        &self.gpu.queue
     }
 
     /// Format of the views that [`Self::present`] hands out: no `…Srgb` one; the browser shows its numbers as sRGB.
@@ -114,7 +152,7 @@ impl Screen {
 
     /// Sets the picture's size, pixels. Nothing is drawn while either is zero.
     pub fn resize(&mut self, size: [u32; 2]) {
-        let limit = self.device.limits().max_texture_dimension_2d;
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
         self.configuration.width = size[0].min(limit);
         self.configuration.height = size[1].min(limit);
         self.configured = false;
@@ -132,7 +170,7 @@ impl Screen {
             return false;
         }
         if !self.configured {
-            self.surface.configure(&self.device, &self.configuration);
+            self.surface.configure(&self.gpu.device, &self.configuration);
             self.configured = true;
         }
         let (CurrentSurfaceTexture::Success(picture) | CurrentSurfaceTexture::Suboptimal(picture)) =
@@ -142,10 +180,10 @@ impl Screen {
             return false;
         };
         draw(&picture.texture.create_view(&TextureViewDescriptor::default()), size);
-        self.queue.present(picture);
+        self.gpu.queue.present(picture);
         self.unfinished.fetch_add(1, Ordering::Relaxed);
         let unfinished = self.unfinished.clone();
-        self.queue.on_submitted_work_done(move || {
+        self.gpu.queue.on_submitted_work_done(move || {
             unfinished.fetch_sub(1, Ordering::Relaxed);
         });
         true
@@ -153,19 +191,13 @@ impl Screen {
 
     /// The first error since the start, if there was one.
     pub fn check(&self) -> Result<(), ScreenError> {
-        lock(&self.fault).clone().map_or(Ok(()), Err)
+        lock(&self.gpu.fault).clone().map_or(Ok(()), Err)
     }
 
     /// Loses the device as a driver's restart does, for tests.
     pub fn lose(&self) {
-        self.device.destroy();
-        lock(&self.fault).get_or_insert(ScreenError::Lost("destroyed on demand".into()));
-    }
-}
-
-impl Drop for Screen {
-    fn drop(&mut self) {
-        self.device.destroy();
+        self.gpu.device.destroy();
+        lock(&self.gpu.fault).get_or_insert(ScreenError::Lost("destroyed on demand".into()));
     }
 }
 
@@ -185,7 +217,7 @@ fn configuration(surface: &Surface<'_>, adapter: &Adapter) -> Result<SurfaceConf
         .get_default_config(adapter, 0, 0)
         .ok_or_else(|| ScreenError::Unsupported("the adapter cannot draw on a canvas".into()))?;
     configuration.format = configuration.format.remove_srgb_suffix();
-    configuration.alpha_mode = CompositeAlphaMode::Opaque;
+    configuration.alpha_mode = CompositeAlphaMode::PreMultiplied;
     Ok(configuration)
 }
 

@@ -31,7 +31,7 @@ fn globals_lie_where_the_shaders_expect_them() {
     let host = host_offsets!(
         clip_from_world key_from_world below_from_world eye key_texel key_direction key_depth key_colour below_width
         sky_colour floor_radius bounce_colour shadow_strength rim_colour floor_x floor_colour floor_z backdrop_low
-        backdrop_high
+        backdrop_opacity backdrop_high view
     );
     let (shader, size) = member_offsets(shader_sources::FIGURE, "Globals");
     assert_eq!(shader, host);

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3, Vec3A};
 pub struct SurfaceVertex {
     /// Metres.
     pub position: [f32; 3],
-    /// Unit normal: octahedral, two signed 16-bit numbers.
+    /// Unit normal: octahedral, two signed 16-bit numbers; or the bits of a number.
     pub normal: u32,
 }
 
@@ -16,6 +16,11 @@ impl SurfaceVertex {
     /// Packs a position (metres) and a unit normal.
     pub fn new(position: Vec3A, normal: Vec3A) -> Self {
         Self { position: position.to_array(), normal: pack_octahedral(normal.into()) }
+    }
+
+    /// A position (metres) and a number in place of the normal.
+    pub fn of_value(position: Vec3A, value: f32) -> Self {
+        Self { position: position.to_array(), normal: value.to_bits() }
     }
 }
 

@@ -42,3 +42,23 @@ test("a body longer than announced, or than the first guess, comes whole", async
 test("file names leave query and folders out", () => {
   assert.equal(fileName("https://a.b/c/d.glb?x=1#y"), "d.glb");
 });
+
+test("more bytes than allowed are refused, as soon as they are known of", async () => {
+  const refused = (chunks, headers) =>
+    collect(response(chunks, headers), () => {}, 3).then(
+      () => null,
+      (error) => error.code,
+    );
+  assert.equal(await refused([[1, 2, 3]], {}), null);
+  assert.equal(
+    await refused(
+      [
+        [1, 2],
+        [3, 4],
+      ],
+      {},
+    ),
+    "too-large",
+  );
+  assert.equal(await refused([[1]], { "content-length": "4" }), "too-large");
+});

@@ -4,6 +4,7 @@ mod bench;
 mod browser;
 mod check;
 mod command;
+mod element;
 mod files;
 mod http;
 mod lint;
@@ -49,6 +50,11 @@ enum Task {
     Lint,
     /// Run the wasm tests only, in headless Chromium
     WasmTests,
+    /// Run the element's cases only, in headless Chromium; those whose names contain the words given
+    ElementTests {
+        /// A part of the names of the cases to run
+        only: Option<String>,
+    },
     /// Install what is missing: system packages, npm packages, the wasm target
     Setup,
     /// Build web/pkg/ (wasm and its bindings), web/dist/ (the element) and web/lib/ (both, bundled)
@@ -96,6 +102,12 @@ fn run(task: Task) -> Result<()> {
         Task::WasmTests => test::wasm(setup::everything()?),
         Task::Samples => samples::run(),
         Task::Package => package::run(),
+        Task::ElementTests { only } => {
+            let toolchain = setup::everything()?;
+            wasm::build(toolchain)?;
+            wasm::build_element()?;
+            element::run(only.as_deref())
+        }
         Task::Setup => setup::everything().map(drop),
         Task::BuildWeb => {
             let toolchain = setup::for_building()?;

@@ -8,7 +8,9 @@ use anyhow::{Result, bail, ensure};
 use crate::browser::Browser;
 use crate::site::Site;
 use crate::toolchain::Toolchain;
-use crate::{browser, check, command, files, lint, package, progress, samples, setup, stills, wasm, workspace};
+use crate::{
+    browser, check, command, element, files, lint, package, progress, samples, setup, stills, wasm, workspace,
+};
 
 /// The small page on which the whole way from pose to pixels is checked.
 const PAGE: &str = "tests/pages/tiny.html";
@@ -28,6 +30,7 @@ pub fn run() -> Result<()> {
     wasm(toolchain)?;
     step("element's own tests", &mut wasm::npm_script("test"))?;
     progress::aloud("glTF validator", validate_glbs)?;
+    element::run(None)?;
     progress::aloud("end-to-end page", end_to_end)?;
     progress::aloud("end-to-end page in Firefox", in_firefox)?;
     progress::aloud("pictures through every backend", stills::run)?;

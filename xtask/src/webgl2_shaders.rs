@@ -18,11 +18,12 @@ use crate::workspace;
 mod sources;
 
 /// Name in JavaScript, WGSL, entry points. A pass of depth alone has no fragment shader.
-const PROGRAMS: [(&str, &str, &str, Option<&str>); 4] = [
+const PROGRAMS: [(&str, &str, &str, Option<&str>); 5] = [
     ("depthMap", sources::DEPTH_MAP, "vertex", None),
     ("sky", sources::BACKDROP, "sky_vertex", Some("sky_fragment")),
     ("floor", sources::BACKDROP, "floor_vertex", Some("floor_fragment")),
     ("figure", sources::FIGURE, "vertex", Some("fragment")),
+    ("lines", sources::FIGURE, "line_vertex", Some("line_fragment")),
 ];
 
 const NO_FRAGMENT: &str = "#version 300 es\nvoid main() {}\n";

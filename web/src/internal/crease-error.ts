@@ -1,6 +1,6 @@
-import type { ErrorCode } from "./protocol.js";
+import type { ErrorCode, Failure } from "./protocol.js";
 
-/** Why an avatar or a motion cannot be shown. */
+/** Why an avatar, a motion or a texture cannot be shown, or a picture or a file not be had. */
 export class CreaseError extends Error {
   override readonly name = "CreaseError";
   /** For programs. */
@@ -12,5 +12,10 @@ export class CreaseError extends Error {
     super(message);
     this.code = code;
     this.url = url;
+  }
+
+  /** A failure as it came from the stage. */
+  static of({ code, message, url }: Failure): CreaseError {
+    return new CreaseError(code, message, url);
   }
 }

@@ -10,8 +10,8 @@ export interface Painter {
   setTexture(bitmap: ImageBitmap): void;
   /** Size of the picture in pixels of the device. */
   resize(width: number, height: number): void;
-  /** Whether it poses the avatar by itself. */
-  poses(): boolean;
+  /** Whether it poses the viewer's avatar by itself. */
+  poses(viewer: Viewer): boolean;
   /** Whether another picture may be drawn now. */
   keepsUp(): boolean;
   /** Draws the viewer's scene. Returns whether there was something to draw on. */
@@ -24,13 +24,22 @@ export interface Painter {
   free(): void;
 }
 
+/** Painters of WebGPU are made one after the other, so that the second finds the device of the first. */
+let making: Promise<unknown> = Promise.resolve();
+
+function makeWebGpuPainter(canvas: Canvas, computes: boolean, forced: boolean): Promise<WebGpuPainter> {
+  const made = making.then(() => WebGpuPainter.create(canvas, computes, forced));
+  making = made.catch(() => {});
+  return made;
+}
+
 /** A painter on `canvas`; throws with the reason where this machine has none of that kind. `forced`: also where it is no gain. */
 export async function openPainter(backend: Backend, canvas: () => Promise<Canvas>, forced: boolean): Promise<Painter> {
   switch (backend) {
     case "webgpu":
     case "webgpu+cpu":
       await wasmModule();
-      return await WebGpuPainter.create(await canvas(), backend === "webgpu", forced);
+      return await makeWebGpuPainter(await canvas(), backend === "webgpu", forced);
     case "webgl2+cpu": {
       const [{ WebGl2Painter }, { memory }] = await Promise.all([import("./webgl2/painter.js"), wasmModule()]);
       return new WebGl2Painter(await canvas(), memory);

@@ -31,6 +31,7 @@ export class Screen {
   readonly #losses: number[] = [];
   #giveCanvas: ((canvas: Canvas) => void) | null = null;
   #opened: Opened<Painter> | null = null;
+  #canvas: Canvas | null = null;
   #size: { width: number; height: number } | null = null;
   #share = 1;
   /** Counts attempts: a newer one makes an older one void. */
@@ -44,6 +45,11 @@ export class Screen {
   /** The painter, unless one is being opened. */
   get painter(): Painter | null {
     return this.#opened?.value ?? null;
+  }
+
+  /** What the painter draws on. */
+  get canvas(): Canvas | null {
+    return this.#canvas;
   }
 
   /** The backend at work. */
@@ -77,12 +83,14 @@ export class Screen {
       },
       tell,
     );
+    const drawnOn = await (canvas as Promise<Canvas> | null);
     if (attempt !== this.#attempt || this.#closed || !this.#host.viewer()) {
       opened.value.free();
       return;
     }
     this.#resizePainter(opened.value);
     this.#opened = opened;
+    this.#canvas = drawnOn;
     this.#host.opened(opened.backend);
   }
 
@@ -134,6 +142,20 @@ export class Screen {
     this.#resizePainter(this.painter);
   }
 
+  /** Lets `draw` draw with another size of the picture, unless that is null; the screen's own comes back with the next picture. */
+  withSize<T>(size: { width: number; height: number } | null, draw: () => T): T {
+    if (!size) {
+      this.share(1);
+      return draw();
+    }
+    this.painter?.resize(size.width, size.height);
+    try {
+      return draw();
+    } finally {
+      this.#resizePainter(this.painter);
+    }
+  }
+
   #resizePainter(painter: Painter | null): void {
     if (!this.#size) return;
     painter?.resize(Math.round(this.#share * this.#size.width), Math.round(this.#share * this.#size.height));
@@ -153,6 +175,7 @@ export class Screen {
   #free(): void {
     this.#opened?.value.free();
     this.#opened = null;
+    this.#canvas = null;
   }
 
   #newCanvas(): Promise<Canvas> {

@@ -1,6 +1,18 @@
 import { type Connection, connect } from "./connection.js";
+import { CreaseError } from "./crease-error.js";
 import { failureOf } from "./errors.js";
-import type { Backend, CameraMove, Command, Failure, Frame, Phase, Report, Settings } from "./protocol.js";
+import type {
+  Backend,
+  CameraMove,
+  ClockWish,
+  Command,
+  Failure,
+  Frame,
+  Phase,
+  Report,
+  Request,
+  Settings,
+} from "./protocol.js";
 import { FrameCounter } from "./statistics.js";
 
 /** How far a load is. */
@@ -24,10 +36,18 @@ export interface SessionEvents {
   backend(backend: Backend): void;
   /** A picture was drawn. */
   frame(frame: Frame, first: boolean): void;
-  /** A motion was loaded, or taken away. */
-  motion(duration: number, notes: readonly string[]): void;
+  /** A wish for the clock was obeyed without a picture. */
+  time(order: number, currentTime: number): void;
+  /** Motions were loaded, or taken away. */
+  motion(duration: number, framesPerSecond: number, notes: readonly string[]): void;
   /** Something failed. After a fatal failure nothing more is drawn. */
   failed(failure: Failure, fatal: boolean): void;
+}
+
+/** Someone who waits for an answer. */
+interface Asking {
+  resolve(value: Blob | undefined): void;
+  reject(error: CreaseError): void;
 }
 
 /** One avatar from being asked for to being let go. */
@@ -36,17 +56,19 @@ export class Session {
   readonly #url: string;
   readonly #events: SessionEvents;
   readonly #connection: Promise<Connection | null>;
+  readonly #asking = new Map<number, Asking>();
+  #nextRequest = 1;
   #closed = false;
   #fatal = false;
   #shown = false;
 
-  constructor(url: string, settings: () => Settings, events: SessionEvents) {
+  constructor(url: string, opening: () => { settings: Settings; clock: ClockWish }, events: SessionEvents) {
     this.#url = url;
     this.#events = events;
-    this.#connection = this.#open(settings);
+    this.#connection = this.#open(opening);
   }
 
-  async #open(settings: () => Settings): Promise<Connection | null> {
+  async #open(opening: () => { settings: Settings; clock: ClockWish }): Promise<Connection | null> {
     try {
       const connection = await connect((report) => {
         if (!this.#closed) this.#hear(report);
@@ -56,7 +78,7 @@ export class Session {
         return null;
       }
       this.counter.thread = connection.thread;
-      connection.send({ kind: "open", url: this.#url, settings: settings() });
+      connection.send({ kind: "open", url: this.#url, ...opening() });
       return connection;
     } catch (thrown) {
       if (!this.#closed) this.#fail(failureOf(thrown, this.#url), true);
@@ -83,7 +105,10 @@ export class Session {
         this.#events.backend(report.backend);
         break;
       case "motion":
-        this.#events.motion(report.duration, report.notes);
+        this.#events.motion(report.duration, report.framesPerSecond, report.notes);
+        break;
+      case "time":
+        this.#events.time(report.order, report.currentTime);
         break;
       case "frame":
         this.counter.count(report.frame);
@@ -91,6 +116,13 @@ export class Session {
         this.#shown = true;
         this.#events.frame(report.frame, this.counter.statistics().frames === 1);
         break;
+      case "answer": {
+        const asking = this.#asking.get(report.id);
+        this.#asking.delete(report.id);
+        if (report.failure) asking?.reject(CreaseError.of(report.failure));
+        else asking?.resolve(report.value);
+        break;
+      }
       case "failed":
         this.#fail(report.failure, report.fatal);
         break;
@@ -110,15 +142,35 @@ export class Session {
     });
   }
 
+  /** Asks the stage for something. */
+  request(request: Request): Promise<Blob | undefined> {
+    const id = this.#nextRequest;
+    this.#nextRequest += 1;
+    return new Promise((resolve, reject) => {
+      if (this.#closed) {
+        reject(this.#goneError());
+        return;
+      }
+      this.#asking.set(id, { resolve, reject });
+      this.send({ kind: "request", id, request });
+    });
+  }
+
   /** Moves the camera. */
   moveCamera(move: CameraMove): void {
     this.send({ kind: "camera", move });
   }
 
-  /** Frees worker and GPU. */
+  /** Frees what the stage holds. */
   close(): void {
     if (this.#closed) return;
     this.#closed = true;
+    for (const asking of this.#asking.values()) asking.reject(this.#goneError());
+    this.#asking.clear();
     void this.#connection.then((connection) => connection?.close());
+  }
+
+  #goneError(): CreaseError {
+    return new CreaseError("canvas", "expected an avatar that is shown, found one that was taken away", this.#url);
   }
 }

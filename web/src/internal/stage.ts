@@ -1,40 +1,65 @@
 import { Viewer } from "../../pkg/crease.js";
+import { answer, type Studio } from "./answers.js";
+import { applySettings, cameraPlace, moveCamera } from "./apply-settings.js";
 import { failureOf, StageError } from "./errors.js";
 import { fetchBytes, fileName } from "./fetch.js";
+import { LatestLoad } from "./latest-load.js";
 import { wasmModule } from "./module.js";
 import type { Painter } from "./painter.js";
-import { type Command, type Failure, type MotionSource, POSE_PARTS, type Report, type Settings } from "./protocol.js";
+import {
+  type ClockWish,
+  type Command,
+  type Failure,
+  type LivePose,
+  POSE_PARTS,
+  type Report,
+  type Settings,
+} from "./protocol.js";
 import { Screen } from "./screen.js";
+import { type EncodedImage, loadTexture, ownTexture, setTexture } from "./texture.js";
 
 /** How often an idle stage asks the GPU whether it still works. */
 const CHECK_INTERVAL = 500;
+
+/** What the first picture waits for: nobody wants to see the rest pose, or other clothes, flash by. */
+type Awaited = "motions" | "texture" | "detail";
 
 /** Runs one avatar on one screen: obeys commands, sends reports. Works in a worker and on the main thread. */
 export class Stage {
   readonly #report: (report: Report) => void;
   readonly #screen: Screen;
+  readonly #awaited = new Set<Awaited>(["motions"]);
+  readonly #loads = {
+    avatar: new LatestLoad(),
+    motions: new LatestLoad(),
+    texture: new LatestLoad(),
+    detail: new LatestLoad(),
+  };
   #viewer: Viewer | null = null;
   #url: string | null = null;
   #settings: Partial<Settings> = {};
-  #seek: number | null = null;
+  #wish: ClockWish = { order: 0, playing: false, seconds: null };
+  #live: LivePose | null = null;
+  /** The texture that replaces the avatar's own. */
+  #texture: EncodedImage | null = null;
   #visible = true;
   #closed = false;
   #drawn = false;
   #recovering = false;
+  /** Something draws frame by frame; the screen's own rhythm has to wait. */
+  #busy = false;
   #request = 0;
   #checks: ReturnType<typeof setInterval> | undefined;
   #lastFrame: number | null = null;
-  #motionLoads = 0;
+  #resting = true;
   #motionLoaded = false;
-  /** The first picture waits for the first motion: nobody wants to see the rest pose flash by. */
-  #waiting = true;
 
   constructor(report: (report: Report) => void) {
     this.#report = report;
     this.#screen = new Screen({
       askForCanvas: () => report({ kind: "canvas-wanted" }),
       viewer: () => this.#viewer,
-      prepare,
+      prepare: (painter, viewer) => this.#prepare(painter, viewer),
       opened: (backend) => {
         this.#viewer?.poseAgain();
         report({ kind: "backend", backend });
@@ -48,6 +73,7 @@ export class Stage {
     switch (command.kind) {
       case "open":
         this.#settings = { ...command.settings, ...this.#settings };
+        this.#wish = command.clock;
         void this.#guard(command.url, () => this.#open(command.url));
         return;
       case "canvas":
@@ -61,18 +87,23 @@ export class Stage {
         this.#screen.resize(command.width, command.height);
         this.#viewer?.redraw();
         break;
-      case "seek":
-        // Before the motion is there, the wish waits for it.
-        if (this.#motionLoaded) this.#viewer?.seek(command.seconds);
-        else this.#seek = command.seconds;
+      case "clock":
+        this.#setClock(command.wish);
+        break;
+      case "pose":
+        this.#live = command.live;
+        void this.#guard(null, () => this.#applyPose());
         break;
       case "camera":
-        this.#move(command);
+        if (this.#viewer) moveCamera(this.#viewer, command.move);
         break;
       case "visible":
         this.#visible = command.visible;
         this.#stop();
         break;
+      case "request":
+        void this.#answer(command);
+        return;
       case "lose-device":
         this.#screen.painter?.lose();
         return;
@@ -94,11 +125,17 @@ export class Stage {
     this.#report({ kind: "loaded", vertices: viewer.vertices });
     const { backend: _, ...settings } = this.#settings;
     this.#apply(settings);
+    viewer.jumpCamera();
+    this.#setClock(this.#wish);
+    if (this.#live) void this.#guard(null, () => this.#applyPose());
+    this.#schedule();
   }
 
   async #load(url: string): Promise<void> {
-    const download = fetchBytes(url, (loaded, total) => {
-      this.#report({ kind: "progress", phase: "download", loaded, total });
+    const download = fetchBytes(url, {
+      signal: this.#loads.avatar.begin(),
+      maxBytes: this.#maxBytes,
+      onBytes: (loaded, total) => this.#report({ kind: "progress", phase: "download", loaded, total }),
     });
     const [bytes] = await Promise.all([download, wasmModule()]);
     if (this.#closed) return;
@@ -106,72 +143,167 @@ export class Stage {
     this.#viewer = new Viewer(bytes, fileName(url));
   }
 
+  get #maxBytes(): number | null {
+    return this.#settings.maxBytes ?? null;
+  }
+
   /** Settings that came before the avatar wait in `#settings` until it is there. */
   #apply(settings: Partial<Settings>): void {
     const viewer = this.#viewer;
     if (!viewer) return;
-    void this.#guard(this.#url, () => {
-      if (settings.view !== undefined) viewer.setView(settings.view);
-      if (settings.detail !== undefined) viewer.setDetail(settings.detail);
-      if (settings.theme !== undefined) viewer.setTheme(settings.theme);
-      if (settings.quality !== undefined) viewer.setQuality(settings.quality);
-      if (settings.loop !== undefined) viewer.setLoop(settings.loop);
-      if (settings.playbackRate !== undefined) viewer.setPlaybackRate(settings.playbackRate);
-      if (settings.playing !== undefined) settings.playing ? viewer.play() : viewer.pause();
-    });
-    if (settings.motion !== undefined) {
-      const { motion } = settings;
-      void this.#guard(motion?.url ?? null, () => this.#loadMotion(viewer, motion)).then(() => {
-        this.#waiting = false;
-        this.#schedule();
-      });
+    void this.#guard(this.#url, () => applySettings(viewer, settings));
+    const { motions, texture, detailFrom, backend } = settings;
+    if (motions !== undefined) {
+      this.#start("motions", null, (signal) => this.#loadMotions(viewer, motions, signal));
     }
-    if (settings.backend !== undefined) {
-      const { backend } = settings;
+    if (texture !== undefined && (texture !== null || this.#texture !== null)) {
+      this.#start("texture", texture, (signal) => this.#loadTexture(viewer, texture, signal));
+    }
+    if (detailFrom !== undefined && (detailFrom !== null || viewer.wearsOtherDetail)) {
+      this.#start("detail", detailFrom, (signal) => this.#loadDetail(viewer, detailFrom, signal));
+    }
+    if (backend !== undefined) {
       void this.#guard(this.#url, () => this.#screen.open(backend, Promise.resolve()));
     }
     this.#schedule();
   }
 
-  /** The latest wish wins, whatever arrives first. */
-  async #loadMotion(viewer: Viewer, motion: MotionSource | null): Promise<void> {
-    this.#motionLoads += 1;
-    const load = this.#motionLoads;
-    let notes: readonly string[] = [];
-    if (motion) {
-      const bytes = await fetchBytes(motion.url);
-      if (load !== this.#motionLoads || this.#closed) return;
-      notes = viewer.loadMotion(bytes, fileName(motion.url), motion.framesPerSecond ?? undefined);
-    } else {
-      viewer.clearMotion();
-    }
-    if (this.#seek !== null) viewer.seek(this.#seek);
-    this.#seek = null;
-    this.#motionLoaded = motion !== null;
-    this.#report({ kind: "motion", url: motion?.url ?? null, duration: viewer.duration, notes });
+  /** Starts a load in place of the one of that kind before it. */
+  #start(kind: Awaited, url: string | null, load: (signal: AbortSignal) => Promise<void>): void {
+    const signal = this.#loads[kind].begin();
+    this.#awaited.add(kind);
+    void this.#guard(url, () => load(signal), signal).then(() => {
+      if (signal.aborted) return;
+      this.#awaited.delete(kind);
+      this.#schedule();
+    });
   }
 
-  #move(command: Command & { kind: "camera" }): void {
-    const { move } = command;
-    switch (move.kind) {
-      case "orbit":
-        this.#viewer?.orbit(move.azimuth, move.elevation);
-        break;
-      case "pan":
-        this.#viewer?.pan(move.right, move.up);
-        break;
-      case "zoom":
-        this.#viewer?.zoom(move.factor);
-        break;
-      case "reset":
-        this.#viewer?.resetCamera();
-        break;
+  /** All motions, or none of them: one that fails leaves those before at play. */
+  async #loadMotions(viewer: Viewer, motions: Settings["motions"], signal: AbortSignal): Promise<void> {
+    const { sources, crossfade } = motions;
+    const options = { signal, maxBytes: this.#maxBytes };
+    const files = await Promise.all(sources.map(({ url }) => fetchBytes(url, options)));
+    if (signal.aborted) return;
+    const notes: string[] = [];
+    viewer.beginMotions();
+    for (const [index, { url, framesPerSecond }] of sources.entries()) {
+      try {
+        notes.push(...viewer.readMotion(files[index] as Uint8Array, fileName(url), framesPerSecond ?? undefined));
+      } catch (thrown) {
+        const { code, message } = failureOf(thrown, url);
+        throw new StageError(code, message, url);
+      }
     }
+    try {
+      viewer.playMotions(crossfade);
+    } catch (thrown) {
+      const { code, message } = failureOf(thrown, null);
+      throw new StageError(code, message, sources[0]?.url ?? null);
+    }
+    this.#motionLoaded = sources.length > 0;
+    if (this.#wish.seconds !== null) viewer.seek(this.#wish.seconds);
+    this.#wish = { ...this.#wish, seconds: null };
+    const { duration, framesPerSecond } = viewer;
+    this.#report({ kind: "motion", duration, framesPerSecond, notes });
+  }
+
+  async #loadTexture(viewer: Viewer, url: string | null, signal: AbortSignal): Promise<void> {
+    const texture = url === null ? null : await loadTexture(viewer, url, { signal, maxBytes: this.#maxBytes });
+    if (signal.aborted) return;
+    const painter = this.#screen.painter;
+    if (painter) await setTexture(painter, texture ?? ownTexture(viewer));
+    if (signal.aborted) return;
+    this.#texture = texture;
+    viewer.redraw();
+  }
+
+  async #loadDetail(viewer: Viewer, url: string | null, signal: AbortSignal): Promise<void> {
+    if (url === null) {
+      viewer.wearOwnDetail();
+    } else {
+      const bytes = await fetchBytes(url, { signal, maxBytes: this.#maxBytes });
+      if (signal.aborted) return;
+      viewer.wearDetailOf(bytes, fileName(url));
+    }
+    const painter = this.#screen.painter;
+    // A painter that poses has its own copy of the avatar.
+    if (painter?.poses(viewer)) await this.#prepare(painter, viewer);
+    viewer.poseAgain();
+  }
+
+  /** Gives `painter` the figure and its texture. */
+  async #prepare(painter: Painter, viewer: Viewer): Promise<void> {
+    painter.prepare(viewer);
+    await setTexture(painter, this.#texture ?? ownTexture(viewer));
+  }
+
+  /** Before the motion is there, the wish for a time waits for it. */
+  #setClock(wish: ClockWish): void {
+    const viewer = this.#viewer;
+    const seconds = wish.seconds ?? this.#wish.seconds;
+    this.#wish = { ...wish, seconds };
+    if (!viewer) return;
+    if (wish.playing) viewer.play();
+    else viewer.pause();
+    if (!this.#motionLoaded || seconds === null) return;
+    viewer.seek(seconds);
+    this.#wish = { ...wish, seconds: null };
+    if (!this.#visible) this.#report({ kind: "time", order: wish.order, currentTime: viewer.currentTime });
+  }
+
+  #applyPose(): void {
+    this.#viewer?.setPose(this.#live?.pose ?? undefined, this.#live?.translation ?? undefined);
+  }
+
+  async #answer({ id, request }: Command & { kind: "request" }): Promise<void> {
+    try {
+      const value = await answer(request, () => this.#studio());
+      this.#report(value ? { kind: "answer", id, value } : { kind: "answer", id });
+    } catch (thrown) {
+      this.#report({ kind: "answer", id, failure: failureOf(thrown, this.#url) });
+    } finally {
+      this.#busy = false;
+      this.#schedule();
+    }
+  }
+
+  /** What answers are made with. */
+  #studio(): Studio {
+    const viewer = this.#viewer;
+    const { painter, canvas } = this.#screen;
+    if (this.#closed || !viewer || !painter || !canvas) {
+      throw new StageError("canvas", "expected an avatar that is shown, found none yet", this.#url);
+    }
+    return {
+      viewer,
+      canvas,
+      texture: this.#texture ?? ownTexture(viewer),
+      obey: (order) => {
+        this.#wish = { order, playing: false, seconds: null };
+      },
+      hold: () => {
+        this.#busy = true;
+        this.#stop();
+      },
+      draw: (now) => this.#drawNow(viewer, painter, now),
+      withSize: (size, draw) => this.#screen.withSize(size, draw),
+    };
+  }
+
+  #drawNow(viewer: Viewer, painter: Painter, now: number | null): void {
+    if (now === null) viewer.skipTime();
+    viewer.advance(now ?? performance.now(), painter.poses(viewer));
+    const started = performance.now();
+    if (!painter.draw(viewer)) throw new StageError("canvas", "expected a picture of some size, found none", this.#url);
+    this.#rest();
+    this.#onDrawn(viewer, started, performance.now() - started);
   }
 
   /** Asks for a frame only when it would differ from the last: an idle figure costs nothing. */
   #schedule(): void {
-    if (this.#request || this.#waiting || !this.#visible || !this.#screen.ready || !this.#viewer?.moving) return;
+    if (this.#request || this.#busy || !this.#visible || !this.#screen.ready || !this.#viewer?.moving) return;
+    if (!this.#drawn && this.#awaited.size > 0) return;
     this.#request = requestAnimationFrame((now) => {
       this.#request = 0;
       if (this.#check()) void this.#guard(this.#url, () => this.#frame(now));
@@ -182,13 +314,15 @@ export class Stage {
     const viewer = this.#viewer;
     const painter = this.#screen.painter;
     if (!viewer || !painter) return;
-    if (this.#lastFrame === null) viewer.skipTime();
-    if (painter.keepsUp() && viewer.advance(now, painter.poses())) {
+    // Time begins with the first frame after a rest.
+    if (this.#resting) viewer.skipTime();
+    this.#resting = false;
+    if (painter.keepsUp() && viewer.advance(now, painter.poses(viewer))) {
       this.#screen.share(viewer.pixelShare);
       const started = performance.now();
       if (painter.draw(viewer)) this.#onDrawn(viewer, now, performance.now() - started);
     }
-    if (!viewer.moving) this.#lastFrame = null;
+    if (!viewer.moving) this.#rest();
     this.#schedule();
   }
 
@@ -201,9 +335,12 @@ export class Stage {
     this.#report({
       kind: "frame",
       frame: {
+        order: this.#wish.order,
         currentTime: viewer.currentTime,
         playing: viewer.playing,
         ended: viewer.ended,
+        motionIndex: viewer.motionIndex,
+        camera: cameraPlace(viewer),
         intervalMilliseconds: interval,
         poseMilliseconds: pose,
         partMilliseconds: pose === null ? null : POSE_PARTS.map((_, part) => viewer.partMilliseconds(part)),
@@ -220,12 +357,18 @@ export class Stage {
   #stop(): void {
     cancelAnimationFrame(this.#request);
     this.#request = 0;
+    this.#rest();
+  }
+
+  #rest(): void {
+    this.#resting = true;
     this.#lastFrame = null;
   }
 
   #close(): void {
     this.#closed = true;
     this.#stop();
+    for (const load of Object.values(this.#loads)) load.cancel();
     clearInterval(this.#checks);
     this.#screen.close();
     this.#viewer?.free();
@@ -250,12 +393,12 @@ export class Stage {
     }
   }
 
-  /** Reports what `action` throws. */
-  async #guard(url: string | null, action: () => void | Promise<void>): Promise<void> {
+  /** Reports what `action` throws, unless it was cancelled. */
+  async #guard(url: string | null, action: () => void | Promise<void>, signal?: AbortSignal): Promise<void> {
     try {
       await action();
     } catch (thrown) {
-      if (this.#closed) return;
+      if (this.#closed || signal?.aborted) return;
       const failure = failureOf(thrown, url);
       const fatal = this.#isFatal(failure);
       if (fatal) this.#close();
@@ -264,27 +407,25 @@ export class Stage {
     }
   }
 
-  /** A motion that fails leaves the avatar standing; a pose that fails leaves the last good picture. */
-  #isFatal(failure: Failure): boolean {
-    if (failure.code === "motion") return false;
-    if (failure.code === "network") return failure.url === this.#url;
-    return !(failure.code === "avatar" && this.#drawn);
+  /**
+   * Without its own file there is no avatar. A motion, a texture or other wrinkles that fail leave it as it was; a pose that fails leaves the
+   * last good picture.
+   */
+  #isFatal({ code, url }: Failure): boolean {
+    switch (code) {
+      case "motion":
+      case "pose":
+        return false;
+      case "network":
+      case "http":
+      case "type":
+      case "too-large":
+        return url === this.#url;
+      case "avatar":
+      case "texture":
+        return url === this.#url && !this.#drawn;
+      default:
+        return true;
+    }
   }
-}
-
-/** Gives `painter` the figure and its texture. */
-async function prepare(painter: Painter, viewer: Viewer): Promise<void> {
-  painter.prepare(viewer);
-  const image = viewer.textureImage;
-  if (!image) return;
-  const blob = new Blob([image.bytes as Uint8Array<ArrayBuffer>], { type: image.mime });
-  image.free();
-  let bitmap: ImageBitmap;
-  try {
-    bitmap = await createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
-  } catch (thrown) {
-    throw new StageError("texture", `texture: expected a picture of type ${blob.type}, found ${String(thrown)}`);
-  }
-  painter.setTexture(bitmap);
-  bitmap.close();
 }

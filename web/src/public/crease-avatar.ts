@@ -1,14 +1,23 @@
-import { AttributedElement } from "../internal/attributes.js";
-import { controlCamera } from "../internal/camera-controls.js";
+import { controlPicture } from "../internal/camera-controls.js";
+import { CameraOrbit, CameraTarget, fieldOfViewOf, orbitOf, targetOf, turnOf } from "../internal/camera-place.js";
+import { colourOf } from "../internal/colour.js";
 import { CreaseError } from "../internal/crease-error.js";
+import { LookAttributes } from "../internal/element/look-attributes.js";
+import { MediaState } from "../internal/media-state.js";
+import { addressesOf, clamp, finite } from "../internal/options.js";
 import type {
   Backend,
   BackendChoice,
+  CameraMove,
+  CameraPlace,
+  Environment,
   ErrorCode,
   Failure,
+  Follow,
   Frame,
-  MotionSource,
+  MeshFormat,
   QualityChoice,
+  Request,
   Settings,
   Theme,
   View,
@@ -18,71 +27,183 @@ import { ShadowTree } from "../internal/shadow.js";
 import { FrameCounter, type Statistics } from "../internal/statistics.js";
 import { watchSize, watchVisibility } from "../internal/visibility.js";
 
-export type { Backend, BackendChoice, ErrorCode, Progress, QualityChoice, Statistics, Theme, View };
-export { CreaseError };
+export type {
+  Backend,
+  BackendChoice,
+  Environment,
+  ErrorCode,
+  Follow,
+  MeshFormat,
+  Progress,
+  QualityChoice,
+  Statistics,
+  Theme,
+  View,
+};
+export { CameraOrbit, CameraTarget, CreaseError };
 
 /** Longest side of the picture, pixels. */
 const LONGEST_SIDE = 3840;
-/** Milliseconds between two `timeupdate` events. */
-const TIME_UPDATE_INTERVAL = 250;
+/** What a step through a motion without a rate moves by, seconds. */
+const USUAL_FRAME_SECONDS = 1 / 30;
+/** Numbers of a live pose: three for each of SMPL's 24 joints. */
+const POSE_NUMBERS = 72;
+
+/** A stretch of time, as in `HTMLMediaElement.seekable`. */
+export interface TimeRangesLike {
+  readonly length: number;
+  /** Seconds at which range `index` starts. */
+  start(index: number): number;
+  /** Seconds at which it ends. */
+  end(index: number): number;
+}
+
+/** How a picture is to be encoded. */
+export interface PictureOptions {
+  /** Media type: `image/png` unless set; `image/jpeg` and `image/webp` where the browser has them. */
+  readonly type?: string;
+  /** 0 to 1, for types that lose something. */
+  readonly quality?: number;
+  /** Pixels; the element's own size unless both are set. */
+  readonly width?: number;
+  readonly height?: number;
+}
+
+/** How a film is to be made. */
+export interface RecordOptions {
+  /** Length; to the end of the motion unless set. */
+  readonly seconds?: number;
+  /** Pictures a second; 30 unless set. */
+  readonly fps?: number;
+  /** Bits a second; chosen by the size of the picture unless set. */
+  readonly bitsPerSecond?: number;
+  /** Pixels; the element's own size unless both are set. */
+  readonly width?: number;
+  readonly height?: number;
+}
+
+/** Attributes that a stage is told of: how its settings follow from the element. */
+type SettingName = keyof Settings;
+const SETTINGS_OF_ATTRIBUTES: Readonly<Record<string, SettingName>> = {
+  motion: "motions",
+  fps: "motions",
+  crossfade: "motions",
+  texture: "texture",
+  "detail-from": "detailFrom",
+  "max-bytes": "maxBytes",
+  loop: "loop",
+  "playback-rate": "playbackRate",
+  smoothing: "smoothing",
+  view: "view",
+  detail: "detail",
+  theme: "theme",
+  background: "background",
+  environment: "environment",
+  shadow: "shadow",
+  follow: "follow",
+  "camera-orbit": "orbit",
+  "camera-target": "target",
+  "field-of-view": "fieldOfView",
+  "auto-rotate": "turn",
+  "auto-rotate-delay": "turn",
+  "rotation-per-second": "turn",
+  backend: "backend",
+  quality: "quality",
+};
 
 /**
- * `<crease-avatar src motion fps autoplay loop view detail theme alt camera-controls backend quality>`: an avatar that moves.
+ * `<crease-avatar>`: an avatar that moves, and whose clothes wrinkle with its pose.
  *
- * Events: `progress` (bytes and phase of the load, a {@link Progress} in `detail`), `load` (first picture), `backendchange` (the
- * {@link Backend} now at work in `detail`), `error`, `play`, `pause`, `timeupdate`, `ended`, `durationchange`.
+ * @tag crease-avatar
+ * @fires progress - How far the load is: `detail` is a {@link Progress}, `{ phase, loaded, total }`, in bytes.
+ * @fires load - The first picture is on the screen.
+ * @fires error - Something failed: `error` is a {@link CreaseError}, with `code`, `message` and `url`.
+ * @fires backendchange - `detail` is the {@link Backend} now at work.
+ * @fires play - Time starts.
+ * @fires pause - Time stops.
+ * @fires timeupdate - Time has gone on: up to four times a second, and at every stop.
+ * @fires seeking - `currentTime` was set.
+ * @fires seeked - The picture of that time is on the screen.
+ * @fires ended - A motion that does not loop has come to its end.
+ * @fires ratechange - `playbackRate` has changed.
+ * @fires durationchange - Another motion is there: `detail` is `{ duration, notes }`, what its reader has to say.
+ * @fires camera-change - The camera has moved.
+ * @fires poster-dismissed - The poster is gone.
+ * @slot poster - Covers the picture until it is revealed, in place of the picture at `poster`.
+ * @slot progress-bar - Shown while the avatar loads, in place of the bar.
+ * @slot controls - Lies over the lower edge of the picture.
+ * @slot fallback - Shown under the reason where the avatar cannot be shown.
+ * @csspart picture - What is drawn, focused and steered.
+ * @csspart poster - The poster's image.
+ * @csspart progress-bar - The bar, and `progress-value` in it.
+ * @csspart message - What is shown after an error, and `reason` in it.
+ * @csspart controls - What holds the slot `controls`.
+ * @cssprop --poster-color - Behind the poster.
+ * @cssprop --progress-bar-color - The bar.
+ * @cssprop --progress-bar-track-color - Behind the bar.
+ * @cssprop --progress-bar-height - Its height.
+ * @cssprop --focus-ring - The picture's outline while it has the focus of the keyboard.
+ * @cssprop --touch-action - What a touch may do to the page while `camera-controls` are on; `pan-y` unless set.
+ * @example `<crease-avatar src="avatar.glb" motion="dance.pkl" fps="60" autoplay loop camera-controls></crease-avatar>`
  */
-export class CreaseAvatarElement extends AttributedElement {
+export class CreaseAvatarElement extends LookAttributes {
   static readonly observedAttributes = [
     "src",
-    "motion",
-    "fps",
-    "loop",
-    "view",
-    "detail",
-    "theme",
+    "loading",
     "alt",
+    "poster",
     "camera-controls",
-    "backend",
-    "quality",
+    ...Object.keys(SETTINGS_OF_ATTRIBUTES),
   ];
 
   readonly #tree: ShadowTree;
+  readonly #media: MediaState;
+  readonly #changed = new Set<SettingName>();
   #session: Session | null = null;
   #letGo: (() => void)[] = [];
   #letCameraGo: (() => void) | null = null;
   #opening = false;
   #error: CreaseError | null = null;
+  #loaded = false;
   #ready!: Promise<void>;
+  #settled = false;
   #settleReady!: { resolve(): void; reject(error: CreaseError): void };
-  #playing = false;
-  #currentTime = 0;
-  #duration = 0;
   #playbackRate = 1;
+  #framesPerSecond = 0;
+  #motionIndex = 0;
+  #camera: CameraPlace | null = null;
+  #pose: Float32Array | null = null;
+  #translation: Float32Array | null = null;
   #statistics: Statistics | null = null;
-  #lastTimeUpdate = 0;
   #size: { width: number; height: number } | null = null;
   #visible = false;
+  /** It has been near the part of the page that can be seen. */
+  #seen = false;
+  #started = false;
 
   constructor() {
     super();
     this.#tree = new ShadowTree(this);
+    this.#media = new MediaState({
+      tell: (event) => this.dispatchEvent(new Event(event)),
+      wish: (wish) => this.#session?.send({ kind: "clock", wish }),
+    });
     this.#renewReady();
+    this.#tree.poster.addEventListener("click", () => {
+      if (this.reveal === "interaction") this.dismissPoster();
+    });
   }
 
   connectedCallback(): void {
-    if (!this.hasAttribute("role")) this.setAttribute("role", "img");
     this.#describe();
-    if (this.hasAttribute("autoplay")) this.#playing = true;
+    if (!this.#started && this.autoplay && !prefersReducedMotion()) this.#media.play();
+    this.#started = true;
     const colours = matchMedia("(prefers-color-scheme: dark)");
-    const onColours = (): void => this.#change({ theme: this.#themeNow() });
+    const onColours = (): void => this.#change("theme");
     colours.addEventListener("change", onColours);
     this.#letGo = [
       () => colours.removeEventListener("change", onColours),
-      watchVisibility(this, (visible) => {
-        this.#visible = visible;
-        this.#session?.send({ kind: "visible", visible });
-      }),
+      watchVisibility(this, (visible) => this.#onVisible(visible)),
       watchSize(this, LONGEST_SIDE, (width, height) => {
         this.#size = { width, height };
         this.#session?.send({ kind: "resize", width, height });
@@ -93,7 +214,8 @@ export class CreaseAvatarElement extends AttributedElement {
     this.addEventListener("crease-lose-device", onLose);
     this.#letGo.push(() => this.removeEventListener("crease-lose-device", onLose));
     this.#controlCamera();
-    this.#reopen();
+    // An element that was only moved goes on with what it has.
+    if (!this.#session) this.#reopen();
   }
 
   disconnectedCallback(): void {
@@ -101,115 +223,364 @@ export class CreaseAvatarElement extends AttributedElement {
     this.#letGo = [];
     this.#letCameraGo?.();
     this.#letCameraGo = null;
-    this.#close();
+    queueMicrotask(() => {
+      if (!this.isConnected) this.#close();
+    });
   }
 
+  /** Moved within the page by `moveBefore()`: nothing changes. */
+  connectedMoveCallback(): void {}
+
   attributeChangedCallback(name: string, before: string | null, after: string | null): void {
-    if (before === after) return;
+    // The same address again is another try.
+    if (before === after && !(name === "src" && this.#error)) return;
+    const setting = SETTINGS_OF_ATTRIBUTES[name];
+    if (setting) this.#change(setting);
     switch (name) {
       case "src":
         this.#reopen();
         break;
+      case "loading":
+        if (!this.#session) this.#reopen();
+        break;
       case "motion":
-      case "fps":
-        this.#currentTime = 0;
-        // Both may change at once: one load for both.
-        queueMicrotask(() => this.#change({ motion: this.#motionSource() }));
+        this.#media.restart();
         break;
-      case "loop":
-        this.#change({ loop: this.loop });
+      case "playback-rate":
+        if (this.playbackRate === this.#playbackRate) break;
+        this.#playbackRate = this.playbackRate;
+        this.dispatchEvent(new Event("ratechange"));
         break;
-      case "view":
-        this.#change({ view: this.view });
-        break;
-      case "detail":
-        this.#change({ detail: this.detail });
-        break;
-      case "theme":
-        this.#change({ theme: this.#themeNow() });
+      case "poster":
+        this.#tree.setPoster(this.poster);
         break;
       case "alt":
         this.#describe();
         break;
       case "camera-controls":
+        this.#describe();
         this.#controlCamera();
-        break;
-      case "backend":
-        this.#change({ backend: this.backend });
-        break;
-      case "quality":
-        this.#change({ quality: this.quality });
         break;
     }
   }
 
-  /** Resolves at the first picture of the current `src`; rejects with a {@link CreaseError}. */
+  /**
+   * Resolves at the first picture of the current `src`; rejects with a {@link CreaseError}.
+   *
+   * @example `await document.querySelector("crease-avatar").ready;`
+   */
   get ready(): Promise<void> {
     return this.#ready;
   }
 
-  /** The last error since `src` was set. */
+  /**
+   * Whether the first picture of the current `src` has been drawn.
+   *
+   * @example `if (!avatar.loaded) await avatar.ready;`
+   */
+  get loaded(): boolean {
+    return this.#loaded;
+  }
+
+  /**
+   * The last error since `src` was set.
+   *
+   * @example `if (avatar.error?.code === "network") offerRetry();`
+   */
   get error(): CreaseError | null {
     return this.#error;
   }
 
-  /** What was drawn, how fast, by what. */
+  /**
+   * What was drawn, how fast, by what, with how much memory.
+   *
+   * @example `const { frameMilliseconds, vertices } = avatar.statistics;`
+   */
   get statistics(): Statistics {
     return this.#session?.counter.statistics() ?? this.#statistics ?? new FrameCounter().statistics();
   }
 
-  /** The backend at work; null before there is one. */
+  /**
+   * The backend at work; null before there is one.
+   *
+   * @example `avatar.addEventListener("backendchange", () => console.log(avatar.currentBackend));`
+   */
   get currentBackend(): Backend | null {
     return this.#session?.counter.backend ?? null;
   }
 
-  /** Starts the motion. */
-  play(): void {
-    this.#setPlaying(true);
-    this.#change({ playing: true });
+  /**
+   * Starts the motion; from its beginning if it has ended. The promise is {@link ready}.
+   *
+   * @example `button.onclick = () => avatar.play();`
+   */
+  play(): Promise<void> {
+    this.#media.play();
+    return this.#ready;
   }
 
-  /** Stops it where it is. */
+  /**
+   * Stops it where it is.
+   *
+   * @example `avatar.pause();`
+   */
   pause(): void {
-    this.#setPlaying(false);
-    this.#change({ playing: false });
+    this.#media.pause();
   }
 
-  /** Whether time stands. */
+  /**
+   * Whether time stands.
+   *
+   * @example `avatar.paused ? avatar.play() : avatar.pause();`
+   */
   get paused(): boolean {
-    return !this.#playing;
+    return this.#media.paused;
   }
 
-  /** Seconds since the motion's start. */
+  /**
+   * Whether a motion that does not loop has come to its end.
+   *
+   * @example `if (avatar.ended) avatar.play();`
+   */
+  get ended(): boolean {
+    return this.#media.ended;
+  }
+
+  /**
+   * Whether the picture of the time that was set last is not on the screen yet.
+   *
+   * @example `spinner.hidden = !avatar.seeking;`
+   */
+  get seeking(): boolean {
+    return this.#media.seeking;
+  }
+
+  /**
+   * Seconds since the start of the motion, or of the whole playlist. Setting it goes there, clamped to the motion.
+   *
+   * @example `avatar.currentTime = 2.5;`
+   */
   get currentTime(): number {
-    return this.#currentTime;
+    return this.#media.currentTime;
   }
   set currentTime(seconds: number) {
-    this.#currentTime = seconds;
-    this.#session?.send({ kind: "seek", seconds });
+    this.#media.seek(finite(seconds, "currentTime"));
   }
 
-  /** Length of the motion, seconds; 0 before it is loaded. */
+  /**
+   * Length of the motion, or of the whole playlist, seconds; NaN before it is known, 0 where there is none.
+   *
+   * @example `avatar.addEventListener("durationchange", () => { slider.max = avatar.duration; });`
+   */
   get duration(): number {
-    return this.#duration;
+    return this.#media.duration;
   }
 
-  /** Seconds of motion per second. */
-  get playbackRate(): number {
-    return this.#playbackRate;
-  }
-  set playbackRate(value: number) {
-    this.#playbackRate = value;
-    this.#change({ playbackRate: value });
+  /**
+   * The times that `currentTime` can be set to: all of the motion.
+   *
+   * @example `const last = avatar.seekable.end(0);`
+   */
+  get seekable(): TimeRangesLike {
+    const { duration } = this.#media;
+    const length = duration > 0 ? 1 : 0;
+    const at = (seconds: number) => (index: number) => {
+      if (index >= 0 && index < length) return seconds;
+      throw new RangeError(`seekable: expected an index below ${length}, found ${index}`);
+    };
+    return { length, start: at(0), end: at(duration) };
   }
 
-  /** Goes back to the first view. */
+  /**
+   * Which motion of the playlist is shown, counted from 0.
+   *
+   * @example `const playing = avatar.motion.split(" ")[avatar.motionIndex];`
+   */
+  get motionIndex(): number {
+    return this.#motionIndex;
+  }
+
+  /**
+   * Stops, and goes so many frames of the motion on, or back.
+   *
+   * @example `avatar.stepFrames(-1);`
+   */
+  stepFrames(frames: number): void {
+    this.pause();
+    const seconds = this.#framesPerSecond > 0 ? 1 / this.#framesPerSecond : USUAL_FRAME_SECONDS;
+    this.currentTime = Math.max(this.currentTime + finite(frames, "frames") * seconds, 0);
+  }
+
+  /**
+   * A pose in place of the motion: three axis-angle numbers, radians, for each of SMPL's 24 joints. Set it as often as you like; the
+   * array is read at once. Null gives the motion back. See `smoothing`.
+   *
+   * @example `const pose = new Float32Array(72); pose[1] = Math.PI / 2; avatar.pose = pose;`
+   */
+  get pose(): Float32Array | null {
+    return this.#pose?.slice() ?? null;
+  }
+  set pose(value: ArrayLike<number> | null) {
+    this.#pose = value === null ? null : numbersOf(value, POSE_NUMBERS, "pose");
+    this.#sendPose();
+  }
+
+  /**
+   * Where the root of a live `pose` is: x, y and z, metres, added to every vertex. Null puts the feet of the rest pose on the floor.
+   *
+   * @example `avatar.translation = [0, 0.95, 0];`
+   */
+  get translation(): Float32Array | null {
+    return this.#translation?.slice() ?? null;
+  }
+  set translation(value: ArrayLike<number> | null) {
+    this.#translation = value === null ? null : numbersOf(value, 3, "translation");
+    if (this.#pose) this.#sendPose();
+  }
+
+  /**
+   * Goes back to the first view, the one of `camera-orbit`, `camera-target` and `field-of-view`.
+   *
+   * @example `homeButton.onclick = () => avatar.resetCamera();`
+   */
   resetCamera(): void {
     this.#session?.moveCamera({ kind: "reset" });
   }
 
+  /**
+   * Ends a movement of the camera at once.
+   *
+   * @example `avatar.cameraOrbit = "90deg 80deg 3m"; avatar.jumpCameraToGoal();`
+   */
+  jumpCameraToGoal(): void {
+    this.#flush();
+    this.#session?.moveCamera({ kind: "jump" });
+  }
+
+  /**
+   * Where the camera is about its target now; its text is what `camera-orbit` takes.
+   *
+   * @example `link.searchParams.set("orbit", avatar.getCameraOrbit().toString());`
+   */
+  getCameraOrbit(): CameraOrbit {
+    const { azimuth = 0, elevation = 0, distance = 0 } = this.#camera ?? {};
+    return new CameraOrbit(azimuth, Math.PI / 2 - elevation, distance);
+  }
+
+  /**
+   * What the camera looks at now, metres, relative to the floor under the figure; its text is what `camera-target` takes.
+   *
+   * @example `link.searchParams.set("target", avatar.getCameraTarget().toString());`
+   */
+  getCameraTarget(): CameraTarget {
+    const [x, y, z] = this.#camera?.target ?? [0, 0, 0];
+    return new CameraTarget(x, y, z);
+  }
+
+  /**
+   * The vertical field of view now, degrees.
+   *
+   * @example `console.log(avatar.getFieldOfView());`
+   */
+  getFieldOfView(): number {
+    return ((this.#camera?.fieldOfView ?? 0) * 180) / Math.PI;
+  }
+
+  /**
+   * Takes the poster away.
+   *
+   * @example `button.onclick = () => avatar.dismissPoster();`
+   */
+  dismissPoster(): void {
+    this.#tree.showPoster(false);
+    this.dispatchEvent(new Event("poster-dismissed"));
+  }
+
+  /**
+   * Shows the poster over the picture.
+   *
+   * @example `avatar.showPoster();`
+   */
+  showPoster(): void {
+    this.#tree.showPoster(true);
+  }
+
+  /**
+   * The present picture as a file.
+   *
+   * @example `const blob = await avatar.toBlob({ type: "image/webp", width: 512, height: 512 });`
+   */
+  async toBlob(options: PictureOptions = {}): Promise<Blob> {
+    const { type = "image/png", quality = null } = options;
+    return (await this.#request({ kind: "picture", wish: { type, quality, size: sizeOf(options) } })) as Blob;
+  }
+
+  /**
+   * The present picture as a `data:` address.
+   *
+   * @example `image.src = await avatar.toDataURL("image/jpeg", 0.8);`
+   */
+  async toDataURL(type = "image/png", quality?: number): Promise<string> {
+    const blob = await this.toBlob(quality === undefined ? { type } : { type, quality });
+    return new Promise((resolve, reject) => {
+      const reader = new FileReader();
+      reader.onload = () => resolve(reader.result as string);
+      reader.onerror = () => reject(reader.error);
+      reader.readAsDataURL(blob);
+    });
+  }
+
+  /**
+   * The present mesh as a file, at its finest: `glb` with its texture, `obj` and `ply` with texture coordinates and the texture's colours
+   * at the vertices.
+   *
+   * @example `const blob = await avatar.exportMesh({ format: "obj" });`
+   */
+  async exportMesh({ format = "glb" }: { readonly format?: MeshFormat } = {}): Promise<Blob> {
+    if (!["glb", "obj", "ply"].includes(format)) {
+      throw new TypeError(`format: expected glb, obj or ply, found ${format}`);
+    }
+    return (await this.#request({ kind: "mesh", format })) as Blob;
+  }
+
+  /**
+   * Stops at `seconds` and draws that moment as it always looks, whatever was before: at its finest quality unless `quality` says
+   * otherwise, with the camera at rest. Resolves when the picture is drawn.
+   *
+   * @example `await avatar.renderFrame(1.5); const blob = await avatar.toBlob();`
+   */
+  async renderFrame(seconds: number): Promise<void> {
+    const moment = Math.max(finite(seconds, "renderFrame"), 0);
+    await this.#ready;
+    await this.#request({ kind: "render-frame", seconds: moment, order: this.#media.hold(moment) });
+  }
+
+  /**
+   * Films the motion from where it is, every frame at its exact moment however long it takes to draw; then goes on as before. WebM with VP9
+   * or VP8, through WebCodecs.
+   *
+   * @example `const blob = await avatar.record({ seconds: 4, fps: 30 });`
+   */
+  async record(options: RecordOptions = {}): Promise<Blob> {
+    const fps = clamp(finite(options.fps ?? 30, "fps"), 1, 240);
+    const rest = this.duration > this.currentTime ? this.duration - this.currentTime : 1;
+    const seconds = clamp(finite(options.seconds ?? rest, "seconds"), 1 / fps, 3600);
+    const { bitsPerSecond = null } = options;
+    const request = { kind: "record", seconds, framesPerSecond: fps, bitsPerSecond, size: sizeOf(options) } as const;
+    return (await this.#request(request)) as Blob;
+  }
+
+  /** Asks the stage, once there is a picture and all that was set before is on its way. */
+  async #request(request: Request): Promise<Blob | undefined> {
+    await this.#ready;
+    this.#flush();
+    const session = this.#session;
+    if (!session) throw new CreaseError("canvas", "expected an avatar that is shown, found none", this.src);
+    return await session.request(request);
+  }
+
   #describe(): void {
-    this.setAttribute("aria-label", this.alt ?? "A dressed person in motion");
+    this.#tree.describe(this.alt ?? "A dressed person in motion", this.cameraControls);
   }
 
   #themeNow(): Theme {
@@ -217,42 +588,89 @@ export class CreaseAvatarElement extends AttributedElement {
     return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
   }
 
-  #motionSource(): MotionSource | null {
-    const { motion } = this;
-    if (motion === null || motion === "") return null;
-    return { url: new URL(motion, document.baseURI).href, framesPerSecond: this.fps };
+  /** One setting, as the attributes say now. */
+  #setting(name: SettingName): Settings[SettingName] {
+    return this.#settings()[name];
   }
 
   #settings(): Settings {
+    const framesPerSecond = this.fps;
+    const sources = addressesOf(this.motion).map((address) => ({ url: absolute(address), framesPerSecond }));
     return {
       view: this.view,
       detail: this.detail,
       theme: this.#themeNow(),
-      playing: this.#playing,
+      background: colourOf(this.background),
+      environment: this.environment,
+      shadow: this.shadow,
+      follow: this.follow,
+      orbit: orbitOf(this.cameraOrbit),
+      target: targetOf(this.cameraTarget),
+      fieldOfView: fieldOfViewOf(this.fieldOfView),
+      turn: {
+        radiansPerSecond: this.autoRotate && !prefersReducedMotion() ? turnOf(this.rotationPerSecond) : 0,
+        restSeconds: this.autoRotateDelay / 1000,
+      },
       loop: this.loop,
-      playbackRate: this.#playbackRate,
-      motion: this.#motionSource(),
+      playbackRate: this.playbackRate,
+      motions: { sources, crossfade: this.crossfade },
+      texture: this.texture ? absolute(this.texture) : null,
+      detailFrom: this.detailFrom ? absolute(this.detailFrom) : null,
+      smoothing: this.smoothing,
       backend: this.backend,
       quality: this.quality,
+      maxBytes: this.maxBytes,
     };
   }
 
-  #change(settings: Partial<Settings>): void {
+  /** Attributes that change together are told of together. */
+  #change(name: SettingName): void {
+    if (!this.#session) return;
+    if (this.#changed.size === 0) queueMicrotask(() => this.#flush());
+    this.#changed.add(name);
+  }
+
+  /** Tells the stage what has changed since it was told last. */
+  #flush(): void {
+    if (this.#changed.size === 0) return;
+    const names = [...this.#changed];
+    this.#changed.clear();
+    const settings = Object.fromEntries(names.map((name) => [name, this.#setting(name)])) as Partial<Settings>;
     this.#session?.send({ kind: "settings", settings });
   }
 
-  #setPlaying(playing: boolean): void {
-    if (playing === this.#playing) return;
-    this.#playing = playing;
-    this.dispatchEvent(new Event(playing ? "play" : "pause"));
+  #sendPose(): void {
+    this.#session?.send({ kind: "pose", live: { pose: this.#pose, translation: this.#translation } });
+  }
+
+  #onVisible(visible: boolean): void {
+    this.#visible = visible;
+    this.#session?.send({ kind: "visible", visible });
+    if (!visible || this.#seen) return;
+    this.#seen = true;
+    if (this.loading === "lazy" && !this.#session) this.#reopen();
   }
 
   #controlCamera(): void {
     this.#letCameraGo?.();
     this.#letCameraGo = null;
     if (!this.cameraControls || !this.isConnected) return;
-    if (!this.hasAttribute("tabindex")) this.tabIndex = 0;
-    this.#letCameraGo = controlCamera(this, (move) => this.#session?.moveCamera(move));
+    this.#letCameraGo = controlPicture(this.#tree.picture, {
+      move: (move) => this.#moveCamera(move),
+      toggle: () => {
+        if (this.paused) this.play();
+        else this.pause();
+        this.#tree.announce(this.paused ? "Paused" : "Playing");
+      },
+      step: (frames) => {
+        this.stepFrames(frames);
+        this.#tree.announce(`${this.currentTime.toFixed(2)} seconds`);
+      },
+    });
+  }
+
+  #moveCamera(move: CameraMove): void {
+    this.#session?.moveCamera(move);
   }
 
   #tell(event: string, detail: unknown): void {
@@ -260,6 +678,8 @@ export class CreaseAvatarElement extends AttributedElement {
   }
 
   #renewReady(): void {
+    this.#loaded = false;
+    this.#settled = false;
     this.#ready = new Promise((resolve, reject) => {
       this.#settleReady = { resolve, reject };
     });
@@ -274,28 +694,43 @@ export class CreaseAvatarElement extends AttributedElement {
     queueMicrotask(() => {
       this.#opening = false;
       this.#close();
-      if (this.isConnected && this.src) this.#open(new URL(this.src, document.baseURI).href);
+      const mayLoad = this.loading === "eager" || this.#seen;
+      if (this.isConnected && this.src && mayLoad) this.#open(absolute(this.src));
+      else if (this.isConnected && this.src) this.showPoster();
     });
   }
 
   #open(url: string): void {
     this.#error = null;
     this.#statistics = null;
-    this.#renewReady();
+    this.#camera = null;
+    this.#media.forget();
+    // Whoever waits already waits for this one.
+    if (this.#settled) this.#renewReady();
     this.#tree.showMessage(null);
-    const session = new Session(url, () => this.#settings(), {
+    this.#tree.showProgress(0);
+    this.showPoster();
+    const opening = (): { settings: Settings; clock: MediaState["wish"] } => {
+      this.#changed.clear();
+      return { settings: this.#settings(), clock: this.#media.wish };
+    };
+    const session = new Session(url, opening, {
       canvas: () => this.#tree.newCanvas(),
       shown: () => this.#tree.showCanvas(),
-      progress: ({ phase, loaded, total }) => this.#tell("progress", { phase, loaded, total } satisfies Progress),
+      progress: ({ phase, loaded, total }) => {
+        if (total) this.#tree.showProgress(loaded / total);
+        this.#tell("progress", { phase, loaded, total } satisfies Progress);
+      },
       backend: (backend) => this.#tell("backendchange", backend),
       frame: (frame, first) => this.#onFrame(frame, first),
-      motion: (duration, notes) => this.#onMotion(duration, notes),
+      time: (order, currentTime) => this.#media.hear({ order, currentTime, ended: false }, performance.now()),
+      motion: (duration, framesPerSecond, notes) => this.#onMotion(duration, framesPerSecond, notes),
       failed: (failure, fatal) => this.#onFailure(failure, fatal),
     });
     this.#session = session;
     session.send({ kind: "visible", visible: this.#visible });
     if (this.#size) session.send({ kind: "resize", ...this.#size });
-    if (this.#currentTime > 0) session.send({ kind: "seek", seconds: this.#currentTime });
+    if (this.#pose) this.#sendPose();
   }
 
   #close(): void {
@@ -304,40 +739,81 @@ export class CreaseAvatarElement extends AttributedElement {
     this.#session.close();
     this.#session = null;
     this.#tree.removeCanvas();
+    this.#tree.showProgress(null);
   }
 
   #onFrame(frame: Frame, first: boolean): void {
-    this.#currentTime = frame.currentTime;
+    this.#motionIndex = frame.motionIndex;
+    this.#onCamera(frame.camera);
     if (first) {
+      this.#loaded = true;
+      this.#tree.showProgress(null);
+      if (this.reveal === "auto") this.dismissPoster();
+      this.#settled = true;
       this.#settleReady.resolve();
       this.dispatchEvent(new Event("load"));
     }
-    const now = performance.now();
-    if (frame.ended && this.#playing) {
-      this.#setPlaying(false);
-      this.dispatchEvent(new Event("ended"));
-    }
-    if (now - this.#lastTimeUpdate >= TIME_UPDATE_INTERVAL) {
-      this.#lastTimeUpdate = now;
-      this.dispatchEvent(new Event("timeupdate"));
-    }
+    this.#media.hear(frame, performance.now());
   }
 
-  #onMotion(duration: number, notes: readonly string[]): void {
-    this.#duration = duration;
+  #onCamera(camera: CameraPlace): void {
+    const before = this.#camera;
+    this.#camera = camera;
+    if (before && !sameCamera(before, camera)) this.dispatchEvent(new Event("camera-change"));
+  }
+
+  #onMotion(duration: number, framesPerSecond: number, notes: readonly string[]): void {
+    this.#framesPerSecond = framesPerSecond;
+    this.#media.loaded(duration);
     this.#tell("durationchange", { duration, notes });
   }
 
   #onFailure(failure: Failure, fatal: boolean): void {
-    const error = new CreaseError(failure.code, failure.message, failure.url);
+    const error = CreaseError.of(failure);
     this.#error = error;
     if (fatal) {
+      this.#settled = true;
       this.#settleReady.reject(error);
       this.#close();
+      this.#tree.showPoster(false);
       this.#tree.showMessage(error.message);
     }
     this.dispatchEvent(new ErrorEvent("error", { message: error.message, error }));
   }
+}
+
+function absolute(address: string): string {
+  return new URL(address, document.baseURI).href;
+}
+
+function prefersReducedMotion(): boolean {
+  return matchMedia("(prefers-reduced-motion: reduce)").matches;
+}
+
+function numbersOf(value: ArrayLike<number>, count: number, what: string): Float32Array {
+  const numbers = Float32Array.from(value);
+  if (numbers.length !== count || !numbers.every(Number.isFinite)) {
+    throw new TypeError(`${what}: expected ${count} finite numbers, found ${numbers.length}`);
+  }
+  return numbers;
+}
+
+type Size = { readonly width: number; readonly height: number };
+
+function sizeOf({ width, height }: Partial<Size>): Size | null {
+  if (width === undefined || height === undefined) return null;
+  const side = (value: number, what: string): number => Math.round(clamp(finite(value, what), 1, LONGEST_SIDE));
+  return { width: side(width, "width"), height: side(height, "height") };
+}
+
+function sameCamera(a: CameraPlace, b: CameraPlace): boolean {
+  return (
+    a.azimuth === b.azimuth &&
+    a.elevation === b.elevation &&
+    a.distance === b.distance &&
+    a.fieldOfView === b.fieldOfView &&
+    a.target.every((coordinate, axis) => coordinate === b.target[axis])
+  );
 }
 
 declare global {

@@ -5,11 +5,19 @@ import { TEXTURE_UNITS } from "./program.js";
 /** Texels in a row of the texture of vertices. */
 const ROW = 1024;
 
+/** Indices of one level. */
+interface Indices {
+  readonly buffer: WebGLBuffer;
+  readonly count: number;
+}
+
 /** The figure: static drawn topology, and this frame's vertices in a texture, for WebGL2 has no storage buffers. */
 export class Figure {
   readonly #vertexArray: WebGLVertexArrayObject;
   /** Indices of each level, level 0 first. */
-  readonly #levels: { readonly buffer: WebGLBuffer; readonly count: number }[] = [];
+  readonly #levels: Indices[] = [];
+  /** Edges of each level; none until they are wanted. */
+  readonly #lines: Indices[] = [];
   readonly #vertices: WebGLTexture;
   #revision = 0;
 
@@ -32,11 +40,7 @@ export class Figure {
     gl.vertexAttribPointer(1, 2, gl.FLOAT, false, stride, layout.textureCoordinatesOffset);
     gl.vertexAttribPointer(2, 4, gl.UNSIGNED_BYTE, true, stride, layout.colourOffset);
     for (let level = 0; level < mesh.levelCount; level += 1) {
-      const buffer = gl.createBuffer();
-      const count = mesh.indexCount(level);
-      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
-      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, memory.words, gl.STATIC_DRAW, mesh.indicesAddress(level) / 4, count);
-      this.#levels.push({ buffer, count });
+      this.#levels.push(this.#indexBuffer(gl, memory, mesh.indicesAddress(level), mesh.indexCount(level)));
     }
     mesh.free();
   }
@@ -58,10 +62,35 @@ export class Figure {
 
   /** Draws the level `coarser` levels below the finest (level 0 where there are fewer) with the program in use. */
   draw(gl: WebGL2RenderingContext, coarser: number): void {
-    const level = this.#levels[Math.max(this.#levels.length - 1 - coarser, 0)];
+    this.#drawLevel(gl, gl.TRIANGLES, this.#levels, coarser);
+  }
+
+  /** The same for the edges, which are made when they are wanted first. */
+  drawLines(gl: WebGL2RenderingContext, viewer: Viewer, memory: MemoryView, coarser: number): void {
+    if (this.#lines.length === 0) {
+      const mesh = viewer.drawnMesh();
+      for (let level = 0; level < mesh.levelCount; level += 1) {
+        const address = mesh.edgesAddress(level);
+        this.#lines.push(this.#indexBuffer(gl, memory, address, mesh.edgeIndexCount));
+      }
+      mesh.free();
+    }
+    this.#drawLevel(gl, gl.LINES, this.#lines, coarser);
+  }
+
+  #indexBuffer(gl: WebGL2RenderingContext, memory: MemoryView, address: number, count: number): Indices {
+    const buffer = gl.createBuffer();
+    gl.bindVertexArray(this.#vertexArray);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, memory.words, gl.STATIC_DRAW, address / 4, count);
+    return { buffer, count };
+  }
+
+  #drawLevel(gl: WebGL2RenderingContext, mode: GLenum, levels: readonly Indices[], coarser: number): void {
+    const level = levels[Math.max(levels.length - 1 - coarser, 0)];
     if (!level) return;
     gl.bindVertexArray(this.#vertexArray);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, level.buffer);
-    gl.drawElements(gl.TRIANGLES, level.count, gl.UNSIGNED_INT, 0);
+    gl.drawElements(mode, level.count, gl.UNSIGNED_INT, 0);
   }
 }

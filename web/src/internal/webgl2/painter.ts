@@ -17,6 +17,7 @@ export class WebGl2Painter {
   readonly #sky: WebGLProgram;
   readonly #floor: WebGLProgram;
   readonly #lit: WebGLProgram;
+  readonly #lines: WebGLProgram;
   readonly #keyMap: DepthMap;
   readonly #belowMap: DepthMap;
   readonly #globals: WebGLBuffer;
@@ -27,7 +28,7 @@ export class WebGl2Painter {
   #lost = false;
 
   constructor(canvas: Canvas, memory: WebAssembly.Memory) {
-    const options = { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" } as const;
+    const options = { antialias: false, depth: false, powerPreference: "high-performance" } as const;
     const gl = canvas.getContext("webgl2", options) as WebGL2RenderingContext | null;
     if (!gl) throw new StageError("unsupported", "WebGL2 is not available");
     canvas.addEventListener("webglcontextlost", () => {
@@ -42,6 +43,7 @@ export class WebGl2Painter {
     this.#sky = compileProgram(gl, programs.sky);
     this.#floor = compileProgram(gl, programs.floor);
     this.#lit = compileProgram(gl, programs.figure);
+    this.#lines = compileProgram(gl, programs.lines);
     this.#empty = gl.createVertexArray();
     this.#globals = gl.createBuffer();
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.#globals);
@@ -53,7 +55,7 @@ export class WebGl2Painter {
     });
     // The projection of the shaders turns the picture over, and with it the sense of triangles.
     gl.frontFace(gl.CW);
-    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
   /** The key map is read twice: compared and filtered, and texel by texel. */
@@ -116,11 +118,17 @@ export class WebGl2Painter {
     this.#size = { width: Math.min(width, limit), height: Math.min(height, limit) };
     this.#targets?.free(gl);
     this.#targets = null;
-    if (width > 0 && height > 0) {
-      this.#canvas.width = this.#size.width;
-      this.#canvas.height = this.#size.height;
-      this.#targets = new Targets(gl, this.#size.width, this.#size.height, this.#layout.sampleCount);
+  }
+
+  /** Targets of the picture's size. A canvas that takes another size is empty until it is drawn on: both in one go. */
+  #sizedTargets(): Targets | null {
+    const { width, height } = this.#size;
+    if (!this.#targets && width > 0 && height > 0) {
+      this.#canvas.width = width;
+      this.#canvas.height = height;
+      this.#targets = new Targets(this.#gl, width, height, this.#layout.sampleCount);
     }
+    return this.#targets;
   }
 
   /** Posing is left to the wasm module. */
@@ -137,7 +145,7 @@ export class WebGl2Painter {
   draw(viewer: Viewer): boolean {
     const gl = this.#gl;
     const figure = this.#figure;
-    const targets = this.#targets;
+    const targets = this.#sizedTargets();
     const memory = this.#memory;
     if (!figure || !targets) return false;
     figure.update(gl, viewer, memory);
@@ -162,6 +170,10 @@ export class WebGl2Painter {
     gl.enable(gl.CULL_FACE);
     gl.useProgram(this.#lit);
     figure.draw(gl, viewer.coarser);
+    if (viewer.drawsLines) {
+      gl.useProgram(this.#lines);
+      figure.drawLines(gl, viewer, memory, viewer.coarser);
+    }
     targets.present(gl);
     return true;
   }

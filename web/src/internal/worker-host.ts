@@ -1,0 +1,90 @@
+import type { Connection } from "./connection.js";
+import type { Addressed, Command, Report } from "./protocol.js";
+
+/** Milliseconds that a worker without stages lives on: it frees the GPU, and an element that comes back finds it. */
+const FAREWELL = 500;
+
+/** What a worker can do. */
+type Capability = Report & { readonly kind: "capability" };
+
+/** A worker with any number of stages: one wasm module and one device for all of them. */
+export class WorkerHost {
+  readonly #worker: Worker;
+  readonly #listeners = new Map<number, (report: Report) => void>();
+  #nextStage = 1;
+  #farewell: ReturnType<typeof setTimeout> | undefined;
+  #usable = true;
+
+  private constructor(worker: Worker) {
+    this.#worker = worker;
+    worker.onmessage = ({ data }: MessageEvent<Addressed<Report>>) => this.#hear(data);
+    worker.onerror = (event) => {
+      event.preventDefault();
+      this.#usable = false;
+      const failure = { code: "internal", message: event.message, url: event.filename || null } as const;
+      for (const listener of [...this.#listeners.values()]) listener({ kind: "failed", failure, fatal: true });
+    };
+  }
+
+  /** A worker, and what it can do; null where it does not start. */
+  static async start(): Promise<{ host: WorkerHost; capability: Capability } | null> {
+    let worker: Worker;
+    try {
+      worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+    } catch {
+      return null;
+    }
+    const capability = await new Promise<Capability | null>((resolve) => {
+      worker.onmessage = ({ data }: MessageEvent<Addressed<Report>>) => {
+        if (data.message.kind === "capability") resolve(data.message);
+      };
+      worker.onerror = (event) => {
+        event.preventDefault();
+        resolve(null);
+      };
+    });
+    if (capability) return { host: new WorkerHost(worker), capability };
+    worker.terminate();
+    return null;
+  }
+
+  /** Whether another stage may be opened here. */
+  get usable(): boolean {
+    return this.#usable;
+  }
+
+  #hear({ stage, message }: Addressed<Report>): void {
+    // A wasm module that has panicked is not to be trusted with another avatar.
+    if (message.kind === "failed" && message.failure.code === "internal") this.#usable = false;
+    this.#listeners.get(stage)?.(message);
+  }
+
+  /** Opens a stage. */
+  connect(onReport: (report: Report) => void): Connection {
+    clearTimeout(this.#farewell);
+    const stage = this.#nextStage;
+    this.#nextStage += 1;
+    this.#listeners.set(stage, onReport);
+    const send = (message: Command, transfer: Transferable[] = []): void =>
+      this.#worker.postMessage({ stage, message } satisfies Addressed<Command>, transfer);
+    return {
+      thread: "worker",
+      send,
+      giveCanvas: (element) => {
+        const canvas = element.transferControlToOffscreen();
+        send({ kind: "canvas", canvas }, [canvas]);
+      },
+      close: () => {
+        if (!this.#listeners.delete(stage)) return;
+        send({ kind: "close" });
+        if (this.#listeners.size === 0) this.#farewell = setTimeout(() => this.end(), FAREWELL);
+      },
+    };
+  }
+
+  /** Ends the worker. */
+  end(): void {
+    this.#usable = false;
+    this.#worker.terminate();
+  }
+}

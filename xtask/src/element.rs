@@ -1,0 +1,44 @@
+//! The element's behaviour, case by case, in one headless Chromium (web/tests/browser/).
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::json;
+
+use crate::browser::Browser;
+use crate::{command, progress, workspace};
+
+/// The tables of cases.
+const FILES: [&str; 5] =
+    ["./cases/time.mjs", "./cases/look.mjs", "./cases/out.mjs", "./cases/errors.mjs", "./cases/manners.mjs"];
+
+/// Cases that do not hold.
+const FAILING: &str = "./failing.mjs";
+
+/// Runs the cases whose names contain `only`. The element must have been built.
+pub fn run(only: Option<&str>) -> Result<()> {
+    progress::aloud("the element's behaviour", || {
+        command::run(cases(&FILES, only)?.stdout(Stdio::inherit()))?;
+        if only.is_none() { require_failures() } else { Ok(()) }
+    })
+}
+
+/// Each of the cases that do not hold must fail, by name.
+fn require_failures() -> Result<()> {
+    let output = cases(&[FAILING], None)?.stdout(Stdio::piped()).output().context("cannot run node")?;
+    let told = String::from_utf8_lossy(&output.stdout);
+    ensure!(!output.status.success(), "cases that do not hold count as passed:\n{told}");
+    let failed = told.lines().filter(|line| line.starts_with("FAILED")).count();
+    if failed != 3 || told.lines().any(|line| line.starts_with("ok")) {
+        bail!("expected 3 cases to fail and none to pass, found:\n{told}");
+    }
+    Ok(())
+}
+
+fn cases(files: &[&str], only: Option<&str>) -> Result<Command> {
+    let order = Browser::Chromium.order(json!({ "files": files, "only": only }))?;
+    let mut node = command::program("node");
+    node.arg(workspace::web().join(Path::new("tests/browser/run.mjs"))).arg(order.to_string());
+    Ok(node)
+}

@@ -19,6 +19,7 @@ pub mod fixture;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod laplacian;
+pub mod memory;
 pub mod mesh;
 pub mod motion;
 pub mod network;

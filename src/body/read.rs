@@ -2,6 +2,7 @@
 
 use super::joint_names::joint_names;
 use super::{Body, Skin, TextureCoordinates};
+use crate::memory::MemoryLimit;
 use crate::mesh::Triangle;
 use crate::numpy::{Archive, Field, ReadError};
 use glam::Vec3A;
@@ -22,7 +23,12 @@ impl Body {
     /// optional `posedirs (V, 3, 9 (J - 1))`, `vt (T, 2)` with `ft (F, 3)`, `joint_names (J,)`.
     /// Of each vertex's weights the four largest are kept and scaled to sum to 1.
     pub fn read(bytes: &[u8], name: &str) -> Result<Self, ReadError> {
-        let mut archive = Archive::open(bytes, name)?;
+        Self::read_within(bytes, name, MemoryLimit::default())
+    }
+
+    /// [`Self::read`] with another limit of memory.
+    pub fn read_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Self, ReadError> {
+        let mut archive = Archive::open_within(bytes, name, limit)?;
         let template = archive.required("v_template")?;
         let vertex_count = template.rows_of(3)?;
         if vertex_count == 0 {

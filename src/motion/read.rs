@@ -2,6 +2,7 @@
 
 use super::{Motion, SMPL_JOINT_COUNT};
 use crate::body::Pose;
+use crate::memory::MemoryLimit;
 use crate::numpy::{Archive, Field, ReadError};
 use glam::Vec3;
 
@@ -26,7 +27,17 @@ impl Motion {
     /// Of wider skeletons the 22 joints that all share are taken; SMPL's two hand joints stay at rest.
     /// `frames_per_second` overrides the file's rate and must be given where the file has none.
     pub fn read(bytes: &[u8], name: &str, frames_per_second: Option<f32>) -> Result<Self, ReadError> {
-        let mut archive = Archive::open(bytes, name)?;
+        Self::read_within(bytes, name, frames_per_second, MemoryLimit::default())
+    }
+
+    /// [`Self::read`] with another limit of memory.
+    pub fn read_within(
+        bytes: &[u8],
+        name: &str,
+        frames_per_second: Option<f32>,
+        limit: MemoryLimit,
+    ) -> Result<Self, ReadError> {
+        let mut archive = Archive::open_within(bytes, name, limit)?;
         let mut notes = Vec::new();
         let angles = read_angles(&mut archive, &mut notes)?;
         let translations = read_translations(&mut archive, angles.len(), &mut notes)?;

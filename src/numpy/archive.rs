@@ -3,10 +3,15 @@
 use super::npz::Npz;
 use super::pickle::Pickle;
 use super::{Array, Place, ReadError};
+use crate::memory::{Allowance, MemoryLimit};
+
+/// What is made of an element and kept: a third of a vector of 16 bytes, for most.
+const KEPT_BYTES: usize = 6;
 
 /// An open `.npz` or pickle.
 pub struct Archive<'a> {
     file: String,
+    allowance: Allowance,
     kind: Kind<'a>,
 }
 
@@ -19,19 +24,26 @@ impl<'a> Archive<'a> {
     /// Opens a `.npz` or a pickled dictionary, told apart by the first bytes; `file` is the name for messages.
     ///
     /// # Errors
-    /// If it is neither, cut short, or a pickle with a class other than those that carry arrays.
+    /// If it is neither, cut short, or a pickle with a class other than those that carry arrays; where it, or an array that is read later,
+    /// would take more memory than the default [`MemoryLimit`].
     pub fn open(bytes: &'a [u8], file: &str) -> Result<Self, ReadError> {
+        Self::open_within(bytes, file, MemoryLimit::default())
+    }
+
+    /// [`Self::open`] with another limit.
+    pub fn open_within(bytes: &'a [u8], file: &str, limit: MemoryLimit) -> Result<Self, ReadError> {
+        let allowance = Allowance::new(limit, bytes.len());
         let kind = match bytes {
             [b'P', b'K', 3, 4, ..] | [b'P', b'K', 5, 6, ..] => Kind::Npz(Npz::open(bytes, file)?),
             // PROTO from protocol 2 on; before, a pickled dictionary starts with MARK or EMPTY_DICT.
-            [0x80 | b'(' | b'}', ..] => Kind::Pickle(Pickle::open(bytes, file)?),
+            [0x80 | b'(' | b'}', ..] => Kind::Pickle(Pickle::open(bytes, file, &allowance)?),
             _ => {
                 let found = format!("the first bytes {:?}", &bytes[..bytes.len().min(8)]);
                 let place = Place { file, field: "byte 0" };
                 return Err(place.error("a .npz archive or a pickled dictionary", found));
             }
         };
-        Ok(Self { file: file.to_owned(), kind })
+        Ok(Self { file: file.to_owned(), allowance, kind })
     }
 
     /// Names of everything inside.
@@ -45,9 +57,13 @@ impl<'a> Archive<'a> {
     /// Reads a field that may be missing.
     pub fn optional(&mut self, name: &str) -> Result<Option<Field>, ReadError> {
         let array = match &mut self.kind {
-            Kind::Npz(npz) => npz.array(name)?,
-            Kind::Pickle(pickle) => pickle.array(name)?,
+            Kind::Npz(npz) => npz.array(name, &self.allowance)?,
+            Kind::Pickle(pickle) => pickle.array(name, &self.allowance)?,
         };
+        if let Some(array) = &array {
+            let place = Place { file: &self.file, field: name };
+            self.allowance.hold(KEPT_BYTES * array.elements.len()).map_err(|shortage| place.short(shortage))?;
+        }
         Ok(array.map(|array| Field { file: self.file.clone(), name: name.to_owned(), array }))
     }
 

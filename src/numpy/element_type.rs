@@ -1,10 +1,14 @@
 //! numpy's element types (`<f4`, `|u1`, `>i8`, `<U14`) and the decoding of raw bytes.
 
 use super::{Array, DIMENSION_LIMIT, ELEMENT_LIMIT, Elements, Place, ReadError};
+use crate::memory::Allowance;
 use half::f16;
 
 /// Texts that one array may have: each takes memory of its own, even an empty one.
 const TEXT_LIMIT: usize = 1 << 16;
+
+/// Bytes of the widest number.
+const DECODED_SIZE: usize = 8;
 
 /// How one element is laid out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +55,17 @@ impl ElementType {
         Some(Self { kind, byte_count, big_endian })
     }
 
+    /// Bytes of a decoded element.
+    fn decoded_size(&self) -> usize {
+        match self.kind {
+            Kind::Float if self.byte_count < 8 => 4,
+            Kind::Bool => 1,
+            // Every character may take three bytes.
+            Kind::ByteText | Kind::UnicodeText => size_of::<String>() + 3 * self.byte_count,
+            _ => DECODED_SIZE,
+        }
+    }
+
     /// The same type in the byte order that a pickle states apart from the name.
     pub(super) fn with_byte_order(self, order: &str) -> Self {
         Self { big_endian: order == ">", ..self }
@@ -78,6 +93,7 @@ impl ElementType {
         bytes: &[u8],
         shape: &[usize],
         fortran_order: bool,
+        allowance: &Allowance,
         place: Place,
     ) -> Result<Array, ReadError> {
         let count = self.element_count(shape, place)?;
@@ -85,6 +101,11 @@ impl ElementType {
             let expected = format!("{count} elements of {} bytes for shape {shape:?}", self.byte_count);
             return Err(place.error(expected, format!("{} bytes", bytes.len())));
         }
+        // The bytes, the elements, and what is made of them next or, in Fortran's order, their copy.
+        let element_size = self.decoded_size() + DECODED_SIZE;
+        allowance
+            .afford(bytes.len().saturating_add(count.saturating_mul(element_size)))
+            .map_err(|shortage| place.short(shortage))?;
         let order = Order { shape, fortran_order };
         let big = self.big_endian;
         let elements = match (self.kind, self.byte_count) {
@@ -181,11 +202,16 @@ impl Order<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::MemoryLimit;
 
     const PLACE: Place = Place { file: "test.npy", field: "array" };
 
+    fn allowance() -> Allowance {
+        Allowance::new(MemoryLimit::default(), 0)
+    }
+
     fn decode(name: &str, bytes: &[u8], shape: &[usize]) -> Result<Array, ReadError> {
-        ElementType::parse(name, PLACE)?.decode(bytes, shape, false, PLACE)
+        ElementType::parse(name, PLACE)?.decode(bytes, shape, false, &allowance(), PLACE)
     }
 
     #[test]
@@ -208,7 +234,8 @@ mod tests {
     #[test]
     fn fortran_order_becomes_c_order() {
         let bytes: Vec<u8> = (0..24).collect();
-        let array = ElementType::parse("u1", PLACE).unwrap().decode(&bytes, &[2, 3, 4], true, PLACE).unwrap();
+        let array =
+            ElementType::parse("u1", PLACE).unwrap().decode(&bytes, &[2, 3, 4], true, &allowance(), PLACE).unwrap();
         let values = array.to_i64().unwrap();
         for (i, j, k) in [(0, 0, 0), (1, 0, 0), (0, 2, 1), (1, 2, 3)] {
             assert_eq!(values[(i * 3 + j) * 4 + k], (i + 2 * (j + 3 * k)) as i64);

@@ -13,6 +13,8 @@ pub use archive::{Archive, Field};
 pub use array::{Array, Elements};
 pub use npz::{Compression, write_npz};
 
+use crate::memory::Shortage;
+
 /// Elements that one array may have: the largest of SMPL-X has 15 million.
 const ELEMENT_LIMIT: usize = 1 << 26;
 /// Bytes that one file of an archive may have, unpacked: as many elements at eight bytes each, and a header.
@@ -42,6 +44,10 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
+    fn short(&self, shortage: Shortage) -> ReadError {
+        self.error(shortage.expected, shortage.found)
+    }
+
     fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         ReadError {
             file: self.file.to_owned(),

@@ -3,19 +3,21 @@
 
 use super::element_type::ElementType;
 use super::{Array, Elements, Place, ReadError};
+use crate::memory::Allowance;
 use std::io::Write;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// Reads one array.
-pub(super) fn read(bytes: &[u8], place: Place) -> Result<Array, ReadError> {
+pub(super) fn read(bytes: &[u8], allowance: &Allowance, place: Place) -> Result<Array, ReadError> {
     let (header, data) = split(bytes, place)?;
     let header = std::str::from_utf8(header).map_err(|_| place.error("a header in UTF-8", "other bytes"))?;
     let header = Header::parse(header).ok_or_else(|| {
         let shown: String = header.trim_end().chars().take(120).collect();
         place.error("a header with descr, fortran_order and shape", format!("{shown:?}"))
     })?;
-    ElementType::parse(header.element_type, place)?.decode(data, &header.shape, header.fortran_order, place)
+    let element_type = ElementType::parse(header.element_type, place)?;
+    element_type.decode(data, &header.shape, header.fortran_order, allowance, place)
 }
 
 /// Header text and raw elements.
@@ -146,8 +148,13 @@ fn character_width(values: &[String]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::MemoryLimit;
 
     const PLACE: Place = Place { file: "test.npz", field: "array" };
+
+    fn read_whole(bytes: &[u8]) -> Result<Array, ReadError> {
+        read(bytes, &Allowance::new(MemoryLimit::default(), bytes.len()), PLACE)
+    }
 
     fn npy(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
@@ -165,10 +172,10 @@ mod tests {
     fn versions_one_to_three() {
         let header = "{'descr': '|u1', 'fortran_order': False, 'shape': (2L,), }   \n";
         for version in 1..=3 {
-            let array = read(&npy(version, header, &[7, 8]), PLACE).unwrap();
+            let array = read_whole(&npy(version, header, &[7, 8])).unwrap();
             assert_eq!(array, Array::new(&[2], vec![7u64, 8]));
         }
-        assert_eq!(read(&npy(4, header, &[7, 8]), PLACE).unwrap_err().found, "version 4");
+        assert_eq!(read_whole(&npy(4, header, &[7, 8])).unwrap_err().found, "version 4");
     }
 
     #[test]
@@ -184,7 +191,7 @@ mod tests {
         ] {
             let mut bytes = Vec::new();
             write(&array, &mut bytes).unwrap();
-            assert_eq!(read(&bytes, PLACE).unwrap(), array);
+            assert_eq!(read_whole(&bytes).unwrap(), array);
             let header_length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
             assert_eq!((10 + header_length) % 64, 0, "elements are aligned");
         }
@@ -202,10 +209,10 @@ mod tests {
             "{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (1,)}",
             "{'descr': '<f4', 'fortran_order': False, 'shape': (1,), 'more': 1}",
         ] {
-            let error = read(&npy(1, header, &[0; 4]), PLACE).unwrap_err();
+            let error = read_whole(&npy(1, header, &[0; 4])).unwrap_err();
             assert_eq!(error.expected, "a header with descr, fortran_order and shape", "{header}");
         }
-        assert!(read(b"\x93NUMPY\x01\x00\xff\xff{", PLACE).is_err());
-        assert!(read(b"PK", PLACE).is_err());
+        assert!(read_whole(b"\x93NUMPY\x01\x00\xff\xff{").is_err());
+        assert!(read_whole(b"PK").is_err());
     }
 }

@@ -1,6 +1,7 @@
 //! The `.npz` format: a zip archive of `.npy` files, stored or deflated.
 
 use super::{Array, ENTRY_BYTE_LIMIT, Place, ReadError, npy};
+use crate::memory::Allowance;
 use std::io::{Cursor, Read};
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -29,7 +30,7 @@ impl<'a> Npz<'a> {
     }
 
     /// Reads an array, if there is one of that name.
-    pub(super) fn array(&mut self, name: &str) -> Result<Option<Array>, ReadError> {
+    pub(super) fn array(&mut self, name: &str, allowance: &Allowance) -> Result<Option<Array>, ReadError> {
         let place = Place { file: &self.file, field: name };
         let unpacked = |error: &dyn std::fmt::Display| place.error("a whole zip entry", error.to_string());
         let mut entry = match self.zip.by_name(&format!("{name}.npy")) {
@@ -43,13 +44,14 @@ impl<'a> Npz<'a> {
         }
         // Grows with what is really there: a false size costs nothing, and one byte more than declared is enough.
         let declared = entry.size();
+        allowance.afford(declared as usize).map_err(|shortage| place.short(shortage))?;
         let mut bytes = Vec::new();
         (&mut entry).take(declared + 1).read_to_end(&mut bytes).map_err(|error| unpacked(&error))?;
         if bytes.len() as u64 != declared {
             let found = if bytes.len() as u64 > declared { "more".to_owned() } else { bytes.len().to_string() };
             return Err(place.error(format!("{declared} bytes as declared"), found));
         }
-        npy::read(&bytes, place).map(Some)
+        npy::read(&bytes, allowance, place).map(Some)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Recognises arrays in the graph of a pickle.
 
 use super::class::Class;
-use super::{Node, NodeId, TEXT_LIMIT};
+use super::{Node, NodeId, SHORT_TEXT, TEXT_LIMIT};
+use crate::memory::Allowance;
 use crate::numpy::element_type::ElementType;
 use crate::numpy::{Array, Elements, Place, ReadError};
 use std::borrow::Cow;
@@ -13,6 +14,7 @@ const DENSE_LIMIT: usize = 1 << 23;
 
 pub(super) struct Graph<'a> {
     pub(super) nodes: &'a [Node<'a>],
+    pub(super) allowance: &'a Allowance,
     pub(super) place: Place<'a>,
 }
 
@@ -53,7 +55,7 @@ impl<'a> Graph<'a> {
                 self.decoded(dtype, shape, &self.bytes(buffer)?, fortran_order)
             }
             (Class::Scalar, &[dtype, bytes], _) => {
-                self.element_type(dtype)?.decode(&self.bytes(bytes)?, &[], false, self.place)
+                self.element_type(dtype)?.decode(&self.bytes(bytes)?, &[], false, self.allowance, self.place)
             }
             (Class::SparseColumns, _, Some(state)) => self.sparse(state, true, depth),
             (Class::SparseRows, _, Some(state)) => self.sparse(state, false, depth),
@@ -80,7 +82,7 @@ impl<'a> Graph<'a> {
 
     fn decoded(&self, dtype: NodeId, shape: NodeId, bytes: &[u8], fortran_order: bool) -> Result<Array, ReadError> {
         let shape = self.lengths(shape)?;
-        self.element_type(dtype)?.decode(bytes, &shape, fortran_order, self.place)
+        self.element_type(dtype)?.decode(bytes, &shape, fortran_order, self.allowance, self.place)
     }
 
     /// `numpy.dtype('f8', False, True)` with the state (version, byte order, …).
@@ -110,6 +112,8 @@ impl<'a> Graph<'a> {
             let expected = format!("a sparse matrix of at most {DENSE_LIMIT} elements");
             self.place.error(expected, format!("shape [{rows}, {columns}]"))
         })?;
+        // The matrix in full, and what is made of it next.
+        self.allowance.afford(16 * count).map_err(|shortage| self.place.short(shortage))?;
         let wrong = |found: &str| self.place.error("a well-formed sparse matrix", found);
         let part = |name| self.array(self.item(state, name)?, depth + 1);
         let data = part("data")?.to_f64().ok_or_else(|| wrong("data that are no numbers"))?;
@@ -162,11 +166,12 @@ impl<'a> Graph<'a> {
 
     /// A Python list of numbers or of strings.
     fn list(&self, items: &[NodeId]) -> Result<Array, ReadError> {
+        self.allowance.afford(16 * items.len()).map_err(|shortage| self.place.short(shortage))?;
         let elements: Elements = if let Some(integers) = self.all(items, Node::as_integer) {
             integers.into()
         } else if let Some(numbers) = self.all(items, Node::as_number) {
             numbers.into()
-        } else if let Some(texts) = self.short_texts(items) {
+        } else if let Some(texts) = self.short_texts(items)? {
             texts.into()
         } else {
             let found = items.first().map_or_else(String::new, |&id| self.nodes[id].description());
@@ -175,9 +180,13 @@ impl<'a> Graph<'a> {
         Ok(Array { shape: vec![items.len()], elements })
     }
 
-    fn short_texts(&self, items: &[NodeId]) -> Option<Vec<String>> {
-        let all = || self.all(items, |node| node.as_short_text().map(Cow::into_owned));
-        if items.len() <= TEXT_LIMIT { all() } else { None }
+    fn short_texts(&self, items: &[NodeId]) -> Result<Option<Vec<String>>, ReadError> {
+        if items.len() > TEXT_LIMIT {
+            return Ok(None);
+        }
+        let size = items.len() * (size_of::<String>() + SHORT_TEXT);
+        self.allowance.afford(size).map_err(|shortage| self.place.short(shortage))?;
+        Ok(self.all(items, |node| node.as_short_text().map(Cow::into_owned)))
     }
 
     fn all<T>(&self, items: &[NodeId], value: impl Fn(&Node<'a>) -> Option<T>) -> Option<Vec<T>> {

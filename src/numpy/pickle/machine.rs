@@ -2,16 +2,29 @@
 
 use super::class::Class;
 use super::{Node, NodeId};
+use crate::memory::{Allowance, Shortage};
 use crate::numpy::{Place, ReadError};
 use std::collections::HashMap;
 
 /// Values that one pickle may hold: array contents are one value each.
 const NODE_LIMIT: usize = 1 << 22;
 
+/// A list that grows holds twice its length, and while it moves its old self too.
+const GROWTH: usize = 3;
+/// An entry of such a list of values.
+const LIST_BYTES: usize = GROWTH * size_of::<NodeId>();
+/// An entry of the memo.
+const MEMO_BYTES: usize = GROWTH * 24;
+
 /// Runs the opcodes up to STOP: all values, and which of them is the result.
-pub(super) fn run<'a>(bytes: &'a [u8], file: &str) -> Result<(Vec<Node<'a>>, NodeId), ReadError> {
+pub(super) fn run<'a>(
+    bytes: &'a [u8],
+    file: &str,
+    allowance: &Allowance,
+) -> Result<(Vec<Node<'a>>, NodeId), ReadError> {
     let mut machine = Machine {
         file,
+        allowance,
         bytes,
         at: 0,
         opcode_at: 0,
@@ -33,6 +46,7 @@ pub(super) fn run<'a>(bytes: &'a [u8], file: &str) -> Result<(Vec<Node<'a>>, Nod
 
 pub(super) struct Machine<'a, 'file> {
     file: &'file str,
+    allowance: &'file Allowance,
     pub(super) bytes: &'a [u8],
     /// The next byte to read.
     pub(super) at: usize,
@@ -129,6 +143,7 @@ impl<'a> Machine<'a, '_> {
             b'b' => self.build(),
             // The stack: MARK, POP, POP_MARK, DUP
             b'(' => {
+                self.hold(LIST_BYTES)?;
                 self.marks.push(self.stack.len());
                 Ok(())
             }
@@ -136,8 +151,7 @@ impl<'a> Machine<'a, '_> {
             b'1' => self.pop_to_mark().map(drop),
             b'2' => {
                 let top = self.top()?;
-                self.stack.push(top);
-                Ok(())
+                self.push_again(top)
             }
             // The memo: PUT, BINPUT, LONG_BINPUT, MEMOIZE, GET, BINGET, LONG_BINGET
             b'p' => {
@@ -180,9 +194,21 @@ impl<'a> Machine<'a, '_> {
         if self.nodes.len() == NODE_LIMIT {
             return Err(self.error(format!("at most {NODE_LIMIT} values"), "more"));
         }
-        self.stack.push(self.nodes.len());
+        self.hold(GROWTH * size_of::<Node>())?;
         self.nodes.push(node);
+        self.push_again(self.nodes.len() - 1)
+    }
+
+    /// A value that is there already, once more.
+    fn push_again(&mut self, id: NodeId) -> Result<(), ReadError> {
+        // On the stack, and in the list that it may go to.
+        self.hold(2 * LIST_BYTES)?;
+        self.stack.push(id);
         Ok(())
+    }
+
+    fn hold(&self, bytes: usize) -> Result<(), ReadError> {
+        self.allowance.hold(bytes).map_err(|Shortage { expected, found }| self.error(expected, found))
     }
 
     /// Height below which nothing may be popped.
@@ -217,16 +243,14 @@ impl<'a> Machine<'a, '_> {
 
     fn remember(&mut self, key: u64) -> Result<(), ReadError> {
         let top = self.top()?;
+        self.hold(MEMO_BYTES)?;
         self.memo.insert(key, top);
         Ok(())
     }
 
     fn recall(&mut self, key: u64) -> Result<(), ReadError> {
         match self.memo.get(&key) {
-            Some(&id) => {
-                self.stack.push(id);
-                Ok(())
-            }
+            Some(&id) => self.push_again(id),
             None => Err(self.error("a value stored before", format!("nothing under {key}"))),
         }
     }

@@ -11,6 +11,7 @@ mod literal;
 mod machine;
 
 use super::{Array, Place, ReadError};
+use crate::memory::Allowance;
 use class::Class;
 use std::borrow::Cow;
 
@@ -54,8 +55,8 @@ pub(super) struct Pickle<'a> {
 }
 
 impl<'a> Pickle<'a> {
-    pub(super) fn open(bytes: &'a [u8], file: &str) -> Result<Self, ReadError> {
-        let (nodes, root) = machine::run(bytes, file)?;
+    pub(super) fn open(bytes: &'a [u8], file: &str, allowance: &Allowance) -> Result<Self, ReadError> {
+        let (nodes, root) = machine::run(bytes, file, allowance)?;
         let items = match &nodes[root] {
             Node::Dictionary(items) | Node::Object { class: Class::Dictionary, items, .. } => items,
             other => {
@@ -67,6 +68,10 @@ impl<'a> Pickle<'a> {
             let expected = format!("a dictionary of at most {TEXT_LIMIT} arrays");
             return Err(Place { file, field: "pickle" }.error(expected, items.len().to_string()));
         }
+        // Keys are copied, and may be shared.
+        let place = Place { file, field: "pickle" };
+        let entry_size = size_of::<(String, NodeId)>() + SHORT_TEXT;
+        allowance.hold(entry_size * items.len()).map_err(|shortage| place.short(shortage))?;
         let entries = (items.iter())
             .filter_map(|&(key, value)| Some((nodes[key].as_short_text()?.into_owned(), value)))
             .collect();
@@ -78,11 +83,11 @@ impl<'a> Pickle<'a> {
     }
 
     /// Reads an array, if there is one of that name.
-    pub(super) fn array(&self, name: &str) -> Result<Option<Array>, ReadError> {
+    pub(super) fn array(&self, name: &str, allowance: &Allowance) -> Result<Option<Array>, ReadError> {
         let place = Place { file: &self.file, field: name };
         // As in Python, the last of equal keys counts.
         let entry = self.entries.iter().rev().find(|(key, _)| key == name);
-        entry.map(|&(_, id)| arrays::Graph { nodes: &self.nodes, place }.array(id, 0)).transpose()
+        entry.map(|&(_, id)| arrays::Graph { nodes: &self.nodes, allowance, place }.array(id, 0)).transpose()
     }
 }
 

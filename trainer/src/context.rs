@@ -1,5 +1,6 @@
 //! What training strategies are given, and the two traits they implement.
 
+use crate::checkpoint::{Checkpoint, Ingredients};
 use crate::options::TrainOptions;
 use crate::progress::Progress;
 use crate::sequence::{Frame, Sequence};
@@ -17,6 +18,13 @@ pub struct Sample {
     pub sequence: usize,
     /// Frame of that sequence.
     pub frame: usize,
+}
+
+impl Sample {
+    /// Name of this frame's result of the computation `name`.
+    pub fn name(self, name: &str) -> String {
+        format!("{name}-{}-{:05}", self.sequence, self.frame)
+    }
 }
 
 /// Everything that training strategies share: constant while they run.
@@ -43,6 +51,8 @@ pub struct TrainContext {
     pub options: TrainOptions,
     /// Where progress is shown.
     pub progress: Progress,
+    /// Where results are kept, for a run that is broken off and taken up again.
+    pub checkpoint: Checkpoint,
 }
 
 impl TrainContext {
@@ -90,6 +100,7 @@ impl TrainContext {
             anchors,
             options,
             progress,
+            checkpoint: Checkpoint::default(),
         })
     }
 
@@ -101,6 +112,27 @@ impl TrainContext {
     /// The pose of a training frame.
     pub fn pose(&self, sample: Sample) -> &Pose {
         &self.sequences[sample.sequence].poses[sample.frame]
+    }
+
+    /// What the computation `name` depends on whatever the frame: options and body.
+    pub fn ingredients(&self, name: &str) -> Ingredients {
+        let Rig { rest, rest_joints, parents, joint_names: _, skin, pose_directions } = &self.rig;
+        let directions = pose_directions.iter().flatten();
+        let common = Ingredients::new(name)
+            .value(&self.options)
+            .points(&self.body.template)
+            .points(rest)
+            .points(rest_joints)
+            .value(&(parents, &self.body.triangles, &skin.joints, &skin.weights));
+        directions.fold(common, |ingredients, direction| ingredients.points(direction))
+    }
+
+    /// What the computation `name` for one training frame depends on: options, body, pose and scan.
+    pub fn frame_ingredients(&self, name: &str, sample: Sample) -> Result<Ingredients, ReadError> {
+        let Pose { rotations, translation } = self.pose(sample);
+        let scan = self.scan(sample)?;
+        let ingredients = self.ingredients(name);
+        Ok(ingredients.bytes(bytemuck::cast_slice(rotations)).points(&[(*translation).into()]).points(&scan.points))
     }
 
     /// Reads the scan of a training frame.

@@ -1,21 +1,29 @@
 //! Files written whole or not at all.
 
 use anyhow::Context;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Write;
 use std::path::Path;
 
-/// Writes `bytes` beside `path` and renames: a reader never sees half a file. Missing directories are made.
+/// Writes `bytes` beside `path`, waits until they are on the disk, and renames: a reader never sees half a file, nor does anyone after a
+/// power cut. Missing directories are made.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_name().with_context(|| format!("{}: expected the name of a file", path.display()))?;
     fs::create_dir_all(directory).with_context(|| format!("{}: cannot make the directory", directory.display()))?;
     let aside = directory.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let written = fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path));
+    let written = write_through(&aside, bytes).and_then(|()| fs::rename(&aside, path));
     if written.is_err() {
         // The write's own error is the one to report.
         let _ = fs::remove_file(&aside);
     }
     written.with_context(|| format!("{}: cannot be written", path.display()))
+}
+
+fn write_through(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(bytes)?;
+    file.sync_all()
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use std::str::FromStr;
 
 /// `start:stop:step`; negative numbers count from the end, as in Python. A single number is that frame alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(into = "String", try_from = "String")]
 pub struct FrameRange {
     start: Option<i64>,
     stop: Option<i64>,
@@ -61,6 +62,20 @@ impl FromStr for FrameRange {
             },
             _ => Err(error("START:STOP:STEP")),
         }
+    }
+}
+
+impl TryFrom<String> for FrameRange {
+    type Error = FrameRangeError;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse()
+    }
+}
+
+impl From<FrameRange> for String {
+    fn from(range: FrameRange) -> Self {
+        range.to_string()
     }
 }
 

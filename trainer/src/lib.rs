@@ -6,13 +6,16 @@
 
 pub mod ablation;
 pub mod appearance;
+pub mod checkpoint;
 pub mod closest;
 pub mod coefficients;
 pub mod compact;
+pub mod config;
 pub mod context;
 pub mod evaluate;
 pub mod files;
 pub mod frames;
+pub mod interrupt;
 pub mod localise;
 pub mod mesh_file;
 pub mod nearest;

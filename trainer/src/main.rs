@@ -3,6 +3,7 @@
 mod command;
 
 use clap::{Parser, Subcommand};
+use crease_trainer::interrupt::Interrupted;
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -42,6 +43,10 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Interrupted>() => {
+            eprintln!("{error}");
+            ExitCode::from(command::STOPPED)
+        }
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

@@ -4,6 +4,7 @@ use crate::compact::CompactOptions;
 use crease::avatar::Form;
 use crease::mesh::Scheme;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// What the wanted Laplacian of a training frame is measured with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -190,6 +191,25 @@ impl TrainOptions {
         }
     }
 
+    /// The options of a preset's name.
+    pub fn preset(name: &str) -> Result<Self, OptionError> {
+        match name {
+            "compact" => Ok(Self::compact()),
+            "paper" => Ok(Self::paper()),
+            _ => Err(OptionError { expected: "the preset compact or paper".into(), found: name.into() }),
+        }
+    }
+
+    /// Assignments, as [`Self::with`] takes them, that make these options of `other`.
+    pub fn assignments_from(&self, other: &Self) -> Vec<String> {
+        // By way of text, which has a number of 32 bits in its shortest form.
+        let value = |options| serde_json::from_str(&serde_json::to_string(options).expect("options are plain data"));
+        let [own, other]: [Value; 2] = [self, other].map(|options| value(options).expect("what was written is JSON"));
+        let mut assignments = Vec::new();
+        differences("", &own, &other, &mut assignments);
+        assignments
+    }
+
     /// The options with `assignment` (`key=value`, keys joined by dots as in `deformation.network.width=64`) applied.
     ///
     /// The value is JSON; a bare word is text.
@@ -202,6 +222,21 @@ impl TrainOptions {
         *place = serde_json::from_str(text).unwrap_or_else(|_| text.into());
         serde_json::from_value(options)
             .map_err(|message| error(&format!("a value for {key}"), &format!("{text} ({message})")))
+    }
+}
+
+/// `key=value` for each leaf of `own` that `other` has otherwise.
+fn differences(key: &str, own: &Value, other: &Value, assignments: &mut Vec<String>) {
+    match (own, other) {
+        (Value::Object(own), Value::Object(other)) if own.keys().eq(other.keys()) => {
+            for (name, value) in own {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                differences(&key, value, &other[name], assignments);
+            }
+        }
+        _ if own == other => {}
+        (Value::String(text), _) => assignments.push(format!("{key}={text}")),
+        _ => assignments.push(format!("{key}={own}")),
     }
 }
 
@@ -236,6 +271,22 @@ mod tests {
             let message = options.with(text).unwrap_err().to_string();
             assert!(message.contains(part), "{message}");
         }
+    }
+
+    #[test]
+    fn differences_are_the_assignments_that_make_them() {
+        let paper = TrainOptions::paper();
+        assert!(paper.assignments_from(&paper).is_empty());
+        let assignments = [
+            "compact.base_fit.smoothness=[3.0,1.0]",
+            "deformation.network.width=64",
+            "form=relative",
+            r#"quadratic.neighbourhood={"radius":0.5}"#,
+        ];
+        let options = assignments.iter().fold(paper.clone(), |options, text| options.with(text).unwrap());
+        assert_eq!(options.assignments_from(&paper), assignments);
+        assert_eq!(TrainOptions::preset("paper").unwrap(), paper);
+        assert!(TrainOptions::preset("papyrus").unwrap_err().to_string().contains("papyrus"));
     }
 
     #[test]

@@ -49,11 +49,15 @@ pub struct GroundTruth {
     pub normals: Vec<Vec3A>,
 }
 
-#[derive(serde::Deserialize)]
-struct Description {
-    name: String,
-    fps: f32,
-    frame_count: usize,
+/// `sequence.json`.
+#[derive(Clone, Debug, serde::Deserialize)]
+pub struct Description {
+    /// Name for people.
+    pub name: String,
+    /// Frames a second; positive.
+    pub fps: f32,
+    /// Number of frames; at least one.
+    pub frame_count: usize,
     #[serde(default)]
     units: Option<String>,
     #[serde(default)]
@@ -64,18 +68,17 @@ struct Description {
     capture: Capture,
 }
 
-#[derive(Default, serde::Deserialize)]
+#[derive(Clone, Debug, Default, serde::Deserialize)]
 struct Capture {
     #[serde(default)]
     kind: String,
 }
 
-impl Sequence {
-    /// Reads `sequence.json` and `body.npz` of `directory`.
-    pub fn open(directory: &Path) -> Result<Self, ReadError> {
-        let path = directory.join("sequence.json");
-        let error = |field: &str, expected: &str, found: String| read_error(&path, field, expected, found);
-        let description: Description = serde_json::from_slice(&read(&path)?)
+impl Description {
+    /// Reads JSON; `file` is its name for messages.
+    pub fn read(bytes: &[u8], file: &str) -> Result<Self, ReadError> {
+        let error = |field: &str, expected: &str, found: String| read_error(Path::new(file), field, expected, found);
+        let description: Self = serde_json::from_slice(bytes)
             .map_err(|message| error("JSON", "name, fps, frame_count", message.to_string()))?;
         if description.frame_count == 0 {
             return Err(error("frame_count", "at least 1", "0".into()));
@@ -88,6 +91,15 @@ impl Sequence {
                 return Err(error(field, expected, found.clone()));
             }
         }
+        Ok(description)
+    }
+}
+
+impl Sequence {
+    /// Reads `sequence.json` and `body.npz` of `directory`.
+    pub fn open(directory: &Path) -> Result<Self, ReadError> {
+        let path = directory.join("sequence.json");
+        let description = Description::read(&read(&path)?, &path.display().to_string())?;
         let (betas, poses) = read_body(&directory.join("body.npz"), description.frame_count)?;
         Ok(Self {
             directory: directory.to_path_buf(),

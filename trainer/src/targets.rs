@@ -1,5 +1,6 @@
 //! What f_l should say: ground-truth Laplacians of scan points, carried to the canonical frame.
 
+use crate::checkpoint::Keep;
 use crate::context::{Sample, TrainContext};
 use crate::localise::{Query, localise};
 use crate::quadratic::fit_quadratics;
@@ -25,6 +26,32 @@ pub struct Target {
     pub delta: Vec3A,
     /// μ.
     pub weight: f32,
+}
+
+impl Keep for Vec<Target> {
+    /// Q, mask, δ and μ of each target: 32 bytes.
+    fn to_bytes(&self) -> Vec<u8> {
+        let numbers = |Target { canonical: q, mask, delta: d, weight }: &Target| {
+            let [qx, qy, qz, dx, dy, dz, weight] = [q.x, q.y, q.z, d.x, d.y, d.z, *weight].map(f32::to_bits);
+            [qx, qy, qz, mask.0, dx, dy, dz, weight]
+        };
+        self.iter().flat_map(numbers).flat_map(u32::to_le_bytes).collect()
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (targets, []) = bytes.as_chunks::<32>() else { return None };
+        let words = |bytes: &[u8; 32]| -> [u32; 8] {
+            std::array::from_fn(|i| u32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * i + byte])))
+        };
+        let vector = |words: &[u32]| Vec3A::from_array(std::array::from_fn(|axis| f32::from_bits(words[axis])));
+        let target = |w: [u32; 8]| Target {
+            canonical: vector(&w[..3]),
+            mask: PoseMask(w[3]),
+            delta: vector(&w[4..7]),
+            weight: f32::from_bits(w[7]),
+        };
+        Some(targets.iter().map(|bytes| target(words(bytes))).collect())
+    }
 }
 
 /// Training pairs of one frame by quadratic fits to its scan.
@@ -63,19 +90,23 @@ pub fn quadratic_targets(
 
 /// The posed base mesh of a training frame on all levels.
 pub fn base_surface(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample) -> PosedSurface {
-    let pose = context.pose(sample);
-    let mut offsets = vec![Vec3A::ZERO; context.rig.rest.len()];
-    deformation.evaluate(&context.domains[0], pose, &mut Scratch::default(), &mut offsets);
     let mut surface = PosedSurface::new(&context.subdivision);
     surface.pose(
         &context.rig,
-        &offsets,
-        pose,
+        &offsets(context, deformation, sample),
+        context.pose(sample),
         &context.subdivision,
         context.options.scheme,
         context.subdivision.level_count(),
     );
     surface
+}
+
+/// f_d in the pose of a training frame: level 0, metres, canonical frame.
+pub fn offsets(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample) -> Vec<Vec3A> {
+    let mut offsets = vec![Vec3A::ZERO; context.rig.rest.len()];
+    deformation.evaluate(&context.domains[0], context.pose(sample), &mut Scratch::default(), &mut offsets);
+    offsets
 }
 
 /// δ that the reconstruction's operator on `base` measures of a field on the finest level: L x / s, 1/m.
@@ -91,4 +122,22 @@ pub fn operator_laplacian(context: &TrainContext, base: &[Vec3A], field: &[Vec3A
         *value /= scale.max(LEAST_SCALE);
     }
     laplacian
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_are_kept_bit_for_bit() {
+        let target = |x: f32| Target {
+            canonical: Vec3A::new(x, -0.0, 0.1),
+            mask: PoseMask(0b1010),
+            delta: Vec3A::new(0.3, x, 300.0),
+            weight: 0.7,
+        };
+        let targets = vec![target(1.0), target(f32::MIN_POSITIVE)];
+        assert_eq!(Vec::<Target>::from_bytes(&targets.to_bytes()), Some(targets.clone()));
+        assert_eq!(Vec::<Target>::from_bytes(&targets.to_bytes()[1..]), None);
+    }
 }

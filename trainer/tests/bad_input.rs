@@ -1,5 +1,6 @@
 //! Bad sequences are refused, by file, field, expected and found.
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{Directory, FRAME_COUNT, npz, write_body, write_sequence};

@@ -1,5 +1,6 @@
 //! Scans in, avatar out: by the paper's method at a width that a processor trains in seconds, and in compact form.
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{Directory, FRAME_COUNT, write_sequence};

@@ -1,10 +1,12 @@
 //! `crease ablate`.
 
-use super::train;
 use clap::{Args, ValueEnum};
 use crease_trainer::ablation::{compact_against_plain, table};
+use crease_trainer::config::{ChosenFrames, RunConfig};
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
+use crease_trainer::options::TrainOptions;
+use crease_trainer::progress::Progress;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -40,16 +42,16 @@ pub enum Subject {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Subject::Compact = arguments.what;
-    let mut context = train::prepare(&train::Arguments {
-        sequences: vec![arguments.sequence.clone()],
+    let start = TrainOptions::compact();
+    let config = RunConfig {
         output: PathBuf::new(),
         body: None,
-        frames: vec![arguments.train],
-        preset: train::Preset::Compact,
-        seed: 0,
-        assignments: arguments.assignments.clone(),
         name: None,
-    })?;
+        preset: "compact".into(),
+        sequences: vec![ChosenFrames { directory: arguments.sequence.clone(), frames: arguments.train }],
+        options: arguments.assignments.iter().try_fold(start, |options, assignment| options.with(assignment))?,
+    };
+    let mut context = config.prepare(Progress::Bars)?;
     let sequence = context.sequences[0].clone();
     let frames = arguments.test.indices(sequence.frame_count)?;
     let rows = compact_against_plain(&mut context, &arguments.counts, &sequence, &frames)?;

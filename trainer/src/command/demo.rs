@@ -3,14 +3,17 @@
 use super::{read_avatar, train};
 use clap::Args;
 use crease::avatar::Avatar;
+use crease_trainer::config::{ChosenFrames, RunConfig};
 use crease_trainer::evaluate::{Evaluation, evaluate};
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
+use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
 use crease_trainer::sequence::Sequence;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The person's sequences and the frames to train on.
 const TRAINING: [(&str, &str); 4] =
@@ -30,17 +33,23 @@ pub struct Arguments {
 
 /// Trains on all of the clips but one, and measures.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let training = train::Arguments {
-        sequences: TRAINING.iter().map(|(name, _)| arguments.sequences.join(name)).collect(),
+    let chosen = |(name, frames): &(&str, &str)| -> anyhow::Result<ChosenFrames> {
+        Ok(ChosenFrames { directory: arguments.sequences.join(name), frames: frames.parse()? })
+    };
+    let training = RunConfig {
         output: arguments.output.clone(),
         body: None,
-        frames: TRAINING.iter().map(|(_, frames)| frames.parse()).collect::<Result<_, _>>()?,
-        preset: train::Preset::Compact,
-        seed: 0,
-        assignments: Vec::new(),
         name: None,
+        preset: "compact".into(),
+        sequences: TRAINING.iter().map(chosen).collect::<anyhow::Result<_>>()?,
+        options: TrainOptions::compact(),
     };
-    train::run(&training)?;
+    let kept = train::Kept {
+        directory: arguments.output.with_extension("checkpoint"),
+        interval: Duration::from_secs(30),
+        stays: false,
+    };
+    train::execute(&training, Progress::Bars, &kept)?;
 
     let avatar = Arc::new(read_avatar(&arguments.output)?);
     let mut tests = Vec::new();
@@ -48,7 +57,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let evaluation = measure(Arc::clone(&avatar), &arguments.sequences.join(name), frames)?;
         tests.push(json!({ "test": format!("{name} {frames}"), "evaluation": evaluation }));
     }
-    let record = json!({ "command": train::command(&training), "seed": training.seed, "tests": tests });
+    let record = json!({ "command": training.command(), "seed": training.options.seed, "tests": tests });
     let text = serde_json::to_string_pretty(&record)? + "\n";
     write_whole(&arguments.output.with_extension("json"), text.as_bytes())?;
     println!("{text}");

@@ -8,10 +8,36 @@ pub mod eval;
 pub mod inspect;
 pub mod train;
 
+use anyhow::Context;
 use crease::avatar::Avatar;
+use crease_trainer::interrupt::Interrupt;
 use crease_trainer::sequence::read;
 use std::path::Path;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 fn read_avatar(path: &Path) -> anyhow::Result<Avatar> {
     Ok(Avatar::read(&read(path)?, &path.display().to_string())?)
+}
+
+/// Exit code of a command that its user stopped.
+pub const STOPPED: u8 = 130;
+
+/// Set by the first Ctrl-C, or request to terminate; the second ends the process at once.
+fn interrupt() -> anyhow::Result<Interrupt> {
+    static INTERRUPT: OnceLock<Interrupt> = OnceLock::new();
+    static LISTENS: AtomicBool = AtomicBool::new(false);
+    let interrupt = INTERRUPT.get_or_init(Interrupt::default).clone();
+    if !LISTENS.swap(true, Ordering::Relaxed) {
+        let listener = interrupt.clone();
+        let stop = move || {
+            if listener.is_set() {
+                std::process::exit(STOPPED.into());
+            }
+            eprintln!("stopping as soon as what is under way can be kept; Ctrl-C again stops at once");
+            listener.set();
+        };
+        ctrlc::set_handler(stop).context("cannot listen for Ctrl-C")?;
+    }
+    Ok(interrupt)
 }

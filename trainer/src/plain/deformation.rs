@@ -1,21 +1,20 @@
 //! f_d as a multilayer perceptron (paper, Pose-dependent base mesh).
 
+use super::descent::Descent;
 use super::energy::{Energy, Scan, Weights};
 use super::features::Features;
 use super::gather::Rows;
 use super::network::Network;
-use super::{numbers, scalar, training_device};
+use super::{numbers, training_device};
+use crate::checkpoint::Fingerprint;
 use crate::context::{DeformationTrainer, Sample, TrainContext};
-use crate::sampling::generator;
 use anyhow::ensure;
-use burn::optim::{AdamConfig, GradientsParams};
 use burn::tensor::{Device, Tensor, TensorData};
 use crease::animate::PosedSurface;
 use crease::encoding::PositionalEncoding;
 use crease::network::{Mlp, SurfaceFunction};
 use glam::{Mat3A, Vec3A};
-use rand::RngExt;
-use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 /// The network's numbers are decimetres: offsets of clothes are of that order, and so its outputs and weights are near 1.
@@ -59,39 +58,45 @@ impl PlainDeformation {
         };
         let energy = Energy::new(&context.body.triangles, &context.adjacency, anchor_rows(context), weights);
 
-        let mut generator = generator(context.options.seed);
-        let mut network = Network::new(features.length(), &options.network, generator.random(), &device);
-        let mut optimiser = AdamConfig::new().init();
-        let mut history = Vec::new();
-        let bar = context.progress.bar("training the base", options.network.epoch_count);
-        let mut order: Vec<usize> = (0..frames.len()).collect();
-        for epoch in 0..options.network.epoch_count {
-            order.shuffle(&mut generator);
-            let mut sum = 0.0;
-            for batch in order.chunks(options.frames_a_step.max(1)) {
-                let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames[index]).collect();
-                let posed = pose_batch(context, features, &network, &batch, &device);
-                let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
-                ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged in epoch {epoch}");
-                let drawn: Vec<Scan> = match options.points_a_frame {
-                    0 => Vec::new(),
-                    count => batch.iter().map(|frame| frame.scan.drawn(count, &mut generator)).collect(),
-                };
-                let scans: Vec<&Scan> = match options.points_a_frame {
-                    0 => batch.iter().map(|frame| &frame.scan).collect(),
-                    _ => drawn.iter().collect(),
-                };
-                let total = energy.evaluate(&posed, &positions, &scans)?;
-                let gradients = GradientsParams::from_grads(total.backward(), &network);
-                network = optimiser.step(options.network.learning_rate, network, gradients);
-                sum += scalar(total) * batch.len() as f32;
-            }
-            history.push(sum / frames.len() as f32);
-            bar.note(format!("E_d {:.3} mm²", 1e6 * history[epoch]));
-            bar.advance(1);
-        }
+        let descent = Descent {
+            name: "deformation",
+            title: "training the base",
+            inputs: inputs(context)?,
+            options: &options.network,
+            input_count: features.length(),
+            seed: context.options.seed,
+            item_count: frames.len(),
+            items_a_step: options.frames_a_step,
+        };
+        let step = |network: &Network, batch: &[u32], generator: &mut Pcg64Mcg| {
+            let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames[index as usize]).collect();
+            let posed = pose_batch(context, features, network, &batch, &device);
+            let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
+            ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged");
+            let drawn: Vec<Scan> = match options.points_a_frame {
+                0 => Vec::new(),
+                count => batch.iter().map(|frame| frame.scan.drawn(count, generator)).collect(),
+            };
+            let scans: Vec<&Scan> = match options.points_a_frame {
+                0 => batch.iter().map(|frame| &frame.scan).collect(),
+                _ => drawn.iter().collect(),
+            };
+            energy.evaluate(&posed, &positions, &scans)
+        };
+        let note = |mean| format!("E_d {:.3} mm²", 1e6 * mean);
+        let (network, history) = descent.run(context, &device, step, note)?;
         Ok((network.export(0, encoding, OUTPUT_SCALE), history))
     }
+}
+
+/// Everything that the result depends on.
+fn inputs(context: &TrainContext) -> anyhow::Result<Fingerprint> {
+    let start = context.ingredients("deformation");
+    let all = context.samples.iter().try_fold(start, |all, &sample| {
+        let frame = context.frame_ingredients("deformation", sample)?.finish();
+        anyhow::Ok(all.bytes(&frame.0))
+    })?;
+    Ok(all.finish())
 }
 
 fn read_frame(context: &TrainContext, features: Features, sample: Sample) -> anyhow::Result<TrainingFrame> {

@@ -1,18 +1,17 @@
 //! f_l as a multilayer perceptron (paper, Neural surface Laplacian function).
 
+use super::descent::Descent;
 use super::features::Features;
 use super::network::Network;
-use super::{scalar, training_device};
+use super::training_device;
+use crate::checkpoint::{Fingerprint, Keep};
 use crate::context::{LaplacianTrainer, TrainContext};
-use crate::sampling::generator;
-use crate::targets::{Target, quadratic_targets};
+use crate::targets::{Target, offsets, quadratic_targets};
 use anyhow::ensure;
-use burn::optim::{AdamConfig, GradientsParams};
 use burn::tensor::{Device, Tensor, TensorData};
 use crease::encoding::PositionalEncoding;
 use crease::network::{Mlp, SurfaceFunction};
-use rand::RngExt;
-use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 /// Trains f_l by gradient descent on E_l.
@@ -43,27 +42,21 @@ impl PlainLaplacian {
         let scale = root_mean_square(&pairs.targets);
         ensure!(scale > 0.0, "training pairs of f_l: expected points of the scans near the base mesh, found none");
 
-        // A seed of its own, so that f_l does not depend on how many numbers f_d drew.
-        let mut generator = generator(context.options.seed.wrapping_add(1));
-        let mut network = Network::new(features.length(), &options.network, generator.random(), &device);
-        let mut optimiser = AdamConfig::new().init();
-        let mut history = Vec::new();
-        let bar = context.progress.bar("training the detail", options.network.epoch_count);
-        let mut order: Vec<u32> = (0..pairs.targets.len() as u32).collect();
-        for epoch in 0..options.network.epoch_count {
-            order.shuffle(&mut generator);
-            let mut sum = 0.0;
-            for batch in order.chunks(options.points_a_step.max(1)) {
-                let total = energy(network.forward(pairs.input(batch, features, &device)), &pairs.of(batch), scale);
-                let gradients = GradientsParams::from_grads(total.backward(), &network);
-                network = optimiser.step(options.network.learning_rate, network, gradients);
-                sum += scalar(total) * batch.len() as f32;
-            }
-            history.push(sum / order.len() as f32);
-            ensure!(history[epoch].is_finite(), "training the detail diverged in epoch {epoch}");
-            bar.note(format!("E_l {:.4}", history[epoch]));
-            bar.advance(1);
-        }
+        let descent = Descent {
+            name: "laplacian",
+            title: "training the detail",
+            inputs: pairs.inputs(context),
+            options: &options.network,
+            input_count: features.length(),
+            // A seed of its own, so that f_l does not depend on how many numbers f_d drew.
+            seed: context.options.seed.wrapping_add(1),
+            item_count: pairs.targets.len(),
+            items_a_step: options.points_a_step,
+        };
+        let step = |network: &Network, batch: &[u32], _: &mut Pcg64Mcg| {
+            Ok(energy(network.forward(pairs.input(batch, features, &device)), &pairs.of(batch), scale))
+        };
+        let (network, history) = descent.run(context, &device, step, |mean| format!("E_l {mean:.4}"))?;
         Ok((network.export(context.level_count(), encoding, scale), history))
     }
 }
@@ -86,7 +79,10 @@ fn gather_pairs(context: &TrainContext, deformation: &SurfaceFunction, features:
     let bar = context.progress.bar("measuring Laplacians", context.samples.len());
     let mut pairs = Pairs { targets: Vec::new(), frames: Vec::new(), poses: Vec::new() };
     for &sample in &context.samples {
-        let targets = quadratic_targets(context, deformation, sample)?;
+        let inputs =
+            context.frame_ingredients("targets", sample)?.points(&offsets(context, deformation, sample)).finish();
+        let measure = || quadratic_targets(context, deformation, sample);
+        let targets = context.checkpoint.remember(&sample.name("targets"), inputs, measure)?;
         pairs.frames.extend(vec![pairs.poses.len() as u32; targets.len()]);
         pairs.targets.extend(targets);
         pairs.poses.push(features.axis_angles(context.pose(sample)));
@@ -96,6 +92,12 @@ fn gather_pairs(context: &TrainContext, deformation: &SurfaceFunction, features:
 }
 
 impl Pairs {
+    /// Everything that training on them depends on.
+    fn inputs(&self, context: &TrainContext) -> Fingerprint {
+        let ingredients = context.ingredients("laplacian").value(&(&self.frames, &self.poses));
+        ingredients.bytes(&self.targets.to_bytes()).finish()
+    }
+
     fn of(&self, batch: &[u32]) -> Vec<&Target> {
         batch.iter().map(|&index| &self.targets[index as usize]).collect()
     }
@@ -122,7 +124,7 @@ fn root_mean_square(targets: &[Target]) -> f32 {
 mod tests {
     use super::*;
     use crate::options::ComputeDevice;
-    use crate::plain::numbers;
+    use crate::plain::{numbers, scalar};
     use crate::sampling::random_points;
     use crease::pose_feature::PoseMask;
     use glam::Vec3A;

@@ -1,6 +1,7 @@
 //! Training in the paper's form: multilayer perceptrons by gradient descent, on the CPU or a GPU.
 
 mod deformation;
+mod descent;
 mod energy;
 mod features;
 mod gather;

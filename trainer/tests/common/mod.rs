@@ -33,11 +33,11 @@ impl Drop for Directory {
     }
 }
 
-fn poses() -> Vec<Pose> {
+fn poses(count: usize) -> Vec<Pose> {
     let (rest, bent) = (Pose::rest(24), bent_pose());
-    (0..FRAME_COUNT)
+    (0..count)
         .map(|frame| {
-            let t = frame as f32 / (FRAME_COUNT - 1) as f32;
+            let t = frame as f32 / (count - 1).max(1) as f32;
             let mut pose = bent.clone();
             for (rotation, (from, to)) in pose.rotations.iter_mut().zip(rest.rotations.iter().zip(&bent.rotations)) {
                 *rotation = Quat::slerp(*from, *to, t);
@@ -50,6 +50,11 @@ fn poses() -> Vec<Pose> {
 
 /// Writes the sequence and gives the body it shows.
 pub fn write_sequence(directory: &Path) -> Body {
+    write_frames(directory, FRAME_COUNT, POINT_COUNT)
+}
+
+/// Writes a sequence of `frame_count` frames of `point_count` points and gives the body it shows.
+pub fn write_frames(directory: &Path, frame_count: usize, point_count: usize) -> Body {
     let body = voxel_person();
     let rig = body.shaped(&BETAS);
     let subdivision = Subdivision::new(rig.rest.len(), &body.triangles, 2);
@@ -62,23 +67,23 @@ pub fn write_sequence(directory: &Path) -> Body {
     fs::create_dir_all(directory.join("frames")).unwrap();
     fs::create_dir_all(directory.join("ground_truth")).unwrap();
     let mut surface = PosedSurface::new(&subdivision);
-    for (index, pose) in poses().iter().enumerate() {
+    for (index, pose) in poses(frame_count).iter().enumerate() {
         surface.pose(&rig, &clothes, pose, &subdivision, Scheme::Loop, subdivision.level_count());
         let (positions, triangles) = (surface.finest(), subdivision.triangles(2));
         let mut normals = vec![Vec3A::ZERO; positions.len()];
         vertex_normals(positions, triangles, &mut normals);
-        let scan = area_uniform(positions, triangles, POINT_COUNT, index as u64);
+        let scan = area_uniform(positions, triangles, point_count, index as u64);
         let points: Vec<Vec3A> = scan.iter().map(|sample| sample.interpolate(triangles, positions)).collect();
         fs::write(directory.join(format!("frames/{index:04}.ply")), ply(&points)).unwrap();
-        let truth = area_uniform(positions, triangles, POINT_COUNT, 100 + index as u64);
+        let truth = area_uniform(positions, triangles, point_count, 100 + index as u64);
         let points: Vec<Vec3A> = truth.iter().map(|sample| sample.interpolate(triangles, positions)).collect();
         let normals: Vec<Vec3A> = truth.iter().map(|sample| sample.interpolate(triangles, &normals)).collect();
         let arrays = npz(&[("points", rows(&points)), ("normals", rows(&normals))]);
         fs::write(directory.join(format!("ground_truth/{index:04}.npz")), arrays).unwrap();
     }
-    write_body(directory, FRAME_COUNT);
+    write_body(directory, frame_count);
     let description = format!(
-        r#"{{"name": "bumpy", "fps": 15, "frame_count": {FRAME_COUNT}, "units": "metre", "up": "y", "licence": "none needed",
+        r#"{{"name": "bumpy", "fps": 15, "frame_count": {frame_count}, "units": "metre", "up": "y", "licence": "none needed",
             "capture": {{"kind": "pointcloud"}}, "ground_truth": {{"every": 1}}}}"#
     );
     fs::write(directory.join("sequence.json"), description).unwrap();
@@ -87,7 +92,7 @@ pub fn write_sequence(directory: &Path) -> Body {
 
 /// Writes `body.npz` with `count` poses.
 pub fn write_body(directory: &Path, count: usize) {
-    let poses = &poses()[..count];
+    let poses = poses(count);
     let angles: Vec<f32> =
         poses.iter().flat_map(|p| &p.rotations).flat_map(|&q| axis_angle_from_quat(q).to_array()).collect();
     let translations: Vec<f32> = poses.iter().flat_map(|pose| pose.translation.to_array()).collect();
@@ -97,6 +102,37 @@ pub fn write_body(directory: &Path, count: usize) {
         ("trans", Array::new(&[count, 3], translations)),
     ];
     fs::write(directory.join("body.npz"), npz(&arrays)).unwrap();
+}
+
+/// Writes a body model as `.npz`, for commands that take one.
+pub fn write_body_model(path: &Path, body: &Body) {
+    let (count, joint_count) = (body.template.len(), body.parents.len());
+    let mut weights = vec![0.0; count * joint_count];
+    for (row, (joints, influences)) in
+        weights.chunks_exact_mut(joint_count).zip(body.skin.joints.iter().zip(&body.skin.weights))
+    {
+        joints.iter().zip(influences).for_each(|(&joint, influence)| row[joint as usize] += influence);
+    }
+    let mut regressor = vec![0.0; joint_count * count];
+    for (row, entries) in regressor.chunks_exact_mut(count).zip(&body.joint_regressor) {
+        entries.iter().for_each(|&(vertex, weight)| row[vertex as usize] = weight);
+    }
+    let component_count = body.shape_directions.len();
+    let components: Vec<f32> = (0..count)
+        .flat_map(|vertex| (0..3).map(move |axis| (vertex, axis)))
+        .flat_map(|(vertex, axis)| body.shape_directions.iter().map(move |field| field[vertex][axis]))
+        .collect();
+    let parents = body.parents.iter().map(|parent| parent.map_or(-1, |parent| parent as i64));
+    let corners: Vec<i64> = body.triangles.iter().flatten().map(|&corner| i64::from(corner)).collect();
+    let arrays = [
+        ("v_template", rows(&body.template)),
+        ("f", Array::new(&[body.triangles.len(), 3], corners)),
+        ("shapedirs", Array::new(&[count, 3, component_count], components)),
+        ("weights", Array::new(&[count, joint_count], weights)),
+        ("J_regressor", Array::new(&[joint_count, count], regressor)),
+        ("kintree_table", Array::new(&[2, joint_count], parents.chain(0..joint_count as i64).collect::<Vec<_>>())),
+    ];
+    fs::write(path, npz(&arrays)).unwrap();
 }
 
 fn rows(vectors: &[Vec3A]) -> Array {

@@ -1,0 +1,106 @@
+//! A run that is broken off and taken up again gives what an undisturbed one gives, bit for bit.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{Directory, FRAME_COUNT, write_sequence};
+use crease_trainer::checkpoint::Checkpoint;
+use crease_trainer::context::{Sample, TrainContext};
+use crease_trainer::interrupt::{Interrupt, Interrupted};
+use crease_trainer::options::{NetworkOptions, TrainOptions};
+use crease_trainer::progress::Progress;
+use crease_trainer::sequence::Sequence;
+use crease_trainer::train::{Facts, train};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+fn small(mut options: TrainOptions) -> TrainOptions {
+    let network = |layer_count| NetworkOptions { layer_count, width: 8, learning_rate: 5e-3, epoch_count: 6 };
+    options.frequency_count = 2;
+    options.anchor_count = 50;
+    options.texture_size = 16;
+    options.deformation.network = network(3);
+    options.deformation.frames_a_step = 2;
+    options.deformation.points_a_frame = 200;
+    options.laplacian.network = network(3);
+    options.laplacian.points_a_step = 3_000;
+    options.compact.coarse_fit.smoothness.truncate(1);
+    options.compact.base_fit.smoothness.truncate(1);
+    options.compact.detail_fit.smoothness.truncate(1);
+    options
+}
+
+fn context(sequence: &Path, options: &TrainOptions) -> TrainContext {
+    let body = crease::fixture::voxel_person();
+    let sequence = Sequence::open(sequence).unwrap();
+    let samples = (0..FRAME_COUNT).map(|frame| Sample { sequence: 0, frame }).collect();
+    TrainContext::new(body, vec![sequence], samples, options.clone(), Progress::Silent).unwrap()
+}
+
+fn avatar(context: &TrainContext) -> anyhow::Result<Vec<u8>> {
+    let facts = Facts { name: "bumpy".into(), ..Facts::default() };
+    Ok(train(context, &facts)?.write())
+}
+
+fn with_checkpoint(sequence: &Path, options: &TrainOptions, directory: &Path, interrupt: &Interrupt) -> TrainContext {
+    let mut context = context(sequence, options);
+    context.checkpoint = Checkpoint::open(directory, Duration::ZERO, interrupt.clone()).unwrap();
+    context
+}
+
+/// Asks to stop as soon as `file` is there.
+fn stop_at(file: PathBuf, interrupt: Interrupt) -> std::thread::JoinHandle<()> {
+    std::thread::spawn(move || {
+        while !file.exists() && !interrupt.is_set() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        interrupt.set();
+    })
+}
+
+/// Breaks a run off at each of `files`, takes it up each time, and compares its end with that of an undisturbed one.
+fn check(name: &str, options: &TrainOptions, files: &[&str]) {
+    let scratch = Directory::new(name);
+    let (sequence, kept) = (scratch.0.join("sequence"), scratch.0.join("kept"));
+    write_sequence(&sequence);
+    let undisturbed = avatar(&context(&sequence, options)).unwrap();
+    for file in files {
+        let interrupt = Interrupt::default();
+        let watcher = stop_at(kept.join(file), interrupt.clone());
+        let result = avatar(&with_checkpoint(&sequence, options, &kept, &interrupt));
+        interrupt.set();
+        watcher.join().unwrap();
+        let error = result.map(|bytes| bytes.len()).expect_err("it was interrupted");
+        assert!(error.is::<Interrupted>() && kept.join(file).exists(), "{file}: {error:#}");
+    }
+    // A file that a killed process or a bad disk left damaged is as good as none.
+    let damaged = kept.join(files[0]);
+    let mut bytes = fs::read(&damaged).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&damaged, bytes).unwrap();
+    let resumed = avatar(&with_checkpoint(&sequence, options, &kept, &Interrupt::default())).unwrap();
+    assert!(resumed == undisturbed, "the same bytes");
+    // And what is complete is not trained again: an interrupt finds nothing left to stop.
+    let interrupt = Interrupt::default();
+    let context = with_checkpoint(&sequence, options, &kept, &interrupt);
+    interrupt.set();
+    assert!(avatar(&context).is_ok_and(|again| again == undisturbed));
+    // Other options are another run.
+    let other = TrainOptions { seed: 7, ..options.clone() };
+    drop(context);
+    let error = avatar(&with_checkpoint(&sequence, &other, &kept, &interrupt)).unwrap_err();
+    assert!(error.is::<Interrupted>(), "{error:#}");
+}
+
+#[test]
+fn the_paper_preset_goes_on_after_any_step() {
+    check("resume-paper", &small(TrainOptions::paper()), &["deformation.last", "targets-0-00000.result"]);
+}
+
+#[test]
+fn the_compact_preset_goes_on_after_any_frame() {
+    let files = ["coarse-0-00000.result", "base-0-00000.result"];
+    check("resume-compact", &small(TrainOptions::compact()), &files);
+}

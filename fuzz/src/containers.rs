@@ -1,0 +1,102 @@
+//! Files with an inside: opened, and closed again with lengths and checksums that are right.
+
+use crate::{Container, Part};
+use crease_trainer::checkpoint::{Fingerprint, Record};
+use std::io::{Cursor, Read, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+/// A GLB: its JSON and its binary chunk.
+pub const GLB: Container = Container { open: open_glb, close: close_glb };
+/// A zip archive: one part an entry. Closed without compression, so that blind mutations reach the content as well.
+pub const NPZ: Container = Container { open: open_npz, close: close_npz };
+/// A checkpoint's file: fingerprint and result.
+pub const CHECKPOINT: Container = Container { open: open_checkpoint, close: close_checkpoint };
+
+/// Unpacked bytes that are looked at: a bomb is not a seed.
+const LARGEST_ENTRY: u64 = 1 << 16;
+
+fn part(name: &str, bytes: &[u8]) -> Part {
+    Part { name: name.to_owned(), bytes: bytes.to_vec() }
+}
+
+fn open_glb(bytes: &[u8]) -> Option<Vec<Part>> {
+    let chunk = |at: usize| {
+        let length = u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?) as usize;
+        bytes.get(at + 8..)?.get(..length)
+    };
+    let json = chunk(12)?;
+    let binary = chunk(20 + json.len())?;
+    Some(vec![part("JSON", json), part("BIN", binary)])
+}
+
+fn close_glb(parts: &[Part]) -> Vec<u8> {
+    let mut chunks = Vec::new();
+    for (part, kind, padding) in [(&parts[0], b"JSON", b' '), (&parts[1], b"BIN\0", 0)] {
+        let length = part.bytes.len().next_multiple_of(4);
+        chunks.extend((length as u32).to_le_bytes());
+        chunks.extend(kind);
+        chunks.extend(&part.bytes);
+        chunks.resize(chunks.len() + length - part.bytes.len(), padding);
+    }
+    let head = [b"glTF".as_slice(), &2u32.to_le_bytes(), &(12 + chunks.len() as u32).to_le_bytes()];
+    [head.concat(), chunks].concat()
+}
+
+fn open_npz(bytes: &[u8]) -> Option<Vec<Part>> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).ok()?;
+    let mut parts = Vec::new();
+    for index in 0..archive.len() {
+        let entry = archive.by_index(index).ok()?;
+        let name = entry.name().ok()?.into_owned();
+        let mut content = Vec::new();
+        entry.take(LARGEST_ENTRY).read_to_end(&mut content).ok()?;
+        parts.push(Part { name, bytes: content });
+    }
+    (!parts.is_empty()).then_some(parts)
+}
+
+fn close_npz(parts: &[Part]) -> Vec<u8> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+    for part in parts {
+        // A name that is there already is left out.
+        if archive.start_file(part.name.as_str(), options).is_ok() {
+            archive.write_all(&part.bytes).expect("memory takes every write");
+        }
+    }
+    archive.finish().expect("memory takes every write").into_inner()
+}
+
+fn open_checkpoint(bytes: &[u8]) -> Option<Vec<Part>> {
+    let record = Record::read(bytes, "checkpoint").ok()?;
+    Some(vec![part("inputs", &record.inputs.0), part("result", record.result)])
+}
+
+fn close_checkpoint(parts: &[Part]) -> Vec<u8> {
+    let mut inputs = [0; 32];
+    inputs.iter_mut().zip(&parts[0].bytes).for_each(|(to, from)| *to = *from);
+    Record { inputs: Fingerprint(inputs), result: &parts[1].bytes }.write()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::TARGETS;
+
+    #[test]
+    fn containers_close_to_what_can_be_opened_again() {
+        for target in &TARGETS {
+            let Some(container) = target.container else { continue };
+            for seed in (target.seeds)() {
+                let mut parts = (container.open)(&seed).unwrap_or_else(|| panic!("{} does not open", target.name));
+                (target.check)(&(container.close)(&parts));
+                let last = parts.len() - 1;
+                parts[last].bytes.push(7);
+                let changed = (container.close)(&parts);
+                let again = (container.open)(&changed).unwrap();
+                assert_eq!(again.len(), parts.len(), "{}", target.name);
+                assert_ne!(changed, seed, "{}", target.name);
+            }
+        }
+    }
+}

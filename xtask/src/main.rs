@@ -5,7 +5,9 @@ mod browser;
 mod check;
 mod command;
 mod element;
+mod faults;
 mod files;
+mod fuzz;
 mod http;
 mod lint;
 mod package;
@@ -18,6 +20,7 @@ mod setup;
 mod site;
 mod size;
 mod stills;
+mod supply;
 mod test;
 mod toolchain;
 mod wasm;
@@ -46,6 +49,12 @@ enum Task {
     Test,
     /// Measure what a frame costs and how large things are; writes target/bench.json
     Bench(bench::Options),
+    /// Kill, starve and rob a training run, and compare how it ends
+    Faults(faults::Options),
+    /// Check licences and sources; write the bill of materials
+    Supply,
+    /// Search for inputs that break a reader, the player or the animator
+    Fuzz(fuzz::Options),
     /// Run the lints only: fmt, clippy, biome, tsc
     Lint,
     /// Run the wasm tests only, in headless Chromium
@@ -72,6 +81,9 @@ enum Task {
 }
 
 fn main() -> ExitCode {
+    if let Some(code) = fuzz::as_compiler() {
+        return code;
+    }
     match run(Arguments::parse().task) {
         Ok(()) => ExitCode::SUCCESS,
         Err(_) if command::interrupted() => {
@@ -94,6 +106,9 @@ fn run(task: Task) -> Result<()> {
         Task::Play(options) => play::run(&options),
         Task::Test => test::run(),
         Task::Bench(options) => bench::run(&options),
+        Task::Faults(options) => faults::run(&options),
+        Task::Supply => supply::run(),
+        Task::Fuzz(options) => fuzz::run(&options),
         Task::Lint => {
             let toolchain = setup::everything()?;
             wasm::build(toolchain)?;

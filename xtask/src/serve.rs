@@ -83,8 +83,9 @@ fn converse(mut stream: &TcpStream, site: &Site, port: u16) -> io::Result<()> {
         Some(request) => answer(&request, site, port),
         None => Response::text(400, "This is no HTTP request."),
     };
-    // Nothing is cached: whoever rebuilds sees the new files.
+    // Nothing is cached: whoever rebuilds sees the new files. No other site may embed what is here.
     let response = response.with("Cache-Control", "no-store").with("X-Content-Type-Options", "nosniff");
+    let response = response.with("Cross-Origin-Resource-Policy", "same-origin");
     response.write(&mut stream, has_body)
 }
 
@@ -135,7 +136,8 @@ fn content(path: &Path, range: Option<&str>) -> io::Result<Response> {
     let media_type = site::media_type(path);
     let response = match range.and_then(|text| byte_range(text, file_length)) {
         None => Response::new(200, media_type, file_length, file),
-        Some(ByteRange::Unsatisfiable) => Response::text(416, "The range lies beyond the end of the file."),
+        Some(ByteRange::Unsatisfiable) => Response::text(416, "The range lies beyond the end of the file.")
+            .with("Content-Range", format!("bytes */{file_length}")),
         Some(ByteRange::Part { start, length }) => {
             file.seek(SeekFrom::Start(start))?;
             let range = format!("bytes {start}-{}/{file_length}", start + length - 1);
@@ -177,6 +179,59 @@ mod tests {
         let answer = ask(&serving(), "GET /web/package.json HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\nRange: bytes=0-1");
         assert!(answer.starts_with("HTTP/1.1 206") && answer.contains("Content-Range: bytes 0-1/"), "{answer}");
         assert!(answer.ends_with("\r\n\r\n{\n"), "{answer}");
+    }
+
+    #[test]
+    fn a_range_beyond_the_end_tells_where_that_is() {
+        let answer = ask(&serving(), "GET /web/package.json HTTP/1.1\r\nHost: localhost:PORT\r\nRange: bytes=999999-");
+        let length = std::fs::metadata(crate::workspace::web().join("package.json")).unwrap().len();
+        assert!(answer.starts_with("HTTP/1.1 416"), "{answer}");
+        assert!(answer.contains(&format!("Content-Range: bytes */{length}\r\n")), "{answer}");
+    }
+
+    #[test]
+    fn only_this_machine_is_listened_to() {
+        assert!(serving().address.ip().is_loopback());
+        for port in [None, Some(0)] {
+            let serving = start(Site::new(Path::new("tests/pages/tiny.html")).unwrap(), port).unwrap();
+            assert!(serving.address.ip().is_loopback());
+        }
+    }
+
+    #[test]
+    fn no_way_leads_out_of_the_site() {
+        let serving = serving();
+        for path in [
+            "/../Cargo.toml",
+            "/web/../../etc/passwd",
+            "/web/%2e%2e/Cargo.toml",
+            "/web/..%2f..%2fetc/passwd",
+            "/web/%5c..%5cCargo.toml",
+            "//etc/passwd",
+            "/%2fetc%2fpasswd",
+            "file:///etc/passwd",
+            "http://localhost/etc/passwd",
+            "/web/.npmrc",
+            "/.git/config",
+        ] {
+            let answer = ask(&serving, &format!("GET {path} HTTP/1.1\r\nHost: localhost:PORT"));
+            assert!(answer.starts_with("HTTP/1.1 404"), "{path}: {answer}");
+        }
+    }
+
+    #[test]
+    fn a_head_has_all_headers_and_no_body() {
+        let serving = serving();
+        let [get, head] = ["GET", "HEAD"]
+            .map(|method| ask(&serving, &format!("{method} /web/package.json HTTP/1.1\r\nHost: localhost:PORT")));
+        let (headers, body) = get.split_once("\r\n\r\n").unwrap();
+        assert_eq!(head.strip_suffix("\r\n\r\n"), Some(headers));
+        for header in
+            ["Accept-Ranges: bytes", "X-Content-Type-Options: nosniff", "Cross-Origin-Resource-Policy: same-origin"]
+        {
+            assert!(headers.contains(header), "{header}");
+        }
+        assert!(headers.contains(&format!("Content-Length: {}", body.len())));
     }
 
     #[test]

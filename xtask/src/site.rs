@@ -148,7 +148,34 @@ mod tests {
 
     #[test]
     fn media_types_follow_the_extension() {
-        assert_eq!(media_type(Path::new("a/crease_bg.wasm")), "application/wasm");
-        assert_eq!(media_type(Path::new("motion.pkl")), "application/octet-stream");
+        for (file, expected) in [
+            ("index.html", "text/html; charset=utf-8"),
+            ("a/crease.js", "text/javascript; charset=utf-8"),
+            ("a/crease_bg.wasm", "application/wasm"),
+            ("sequence.json", "application/json"),
+            ("avatar.glb", "model/gltf-binary"),
+            ("texture.png", "image/png"),
+            ("texture.jpg", "image/jpeg"),
+            ("motion.pkl", "application/octet-stream"),
+            ("no-ending", "application/octet-stream"),
+        ] {
+            assert_eq!(media_type(Path::new(file)), expected, "{file}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_leads_out_no_more_than_a_path_does() {
+        let root = std::env::temp_dir().join(format!("crease-site-{}", std::process::id()));
+        std::fs::create_dir_all(root.join("page")).unwrap();
+        std::fs::create_dir_all(root.join("web")).unwrap();
+        std::fs::write(root.join("page/index.html"), "a page").unwrap();
+        std::fs::write(root.join("secret"), "a secret").unwrap();
+        std::os::unix::fs::symlink(root.join("secret"), root.join("page/link")).unwrap();
+        std::os::unix::fs::symlink(root.join("page/index.html"), root.join("page/inside")).unwrap();
+        let site = Site::under(&root, Path::new("page/index.html")).unwrap();
+        assert_eq!(site.file("/page/link"), None);
+        assert!(site.file("/page/inside").is_some());
+        std::fs::remove_dir_all(&root).unwrap();
     }
 }

@@ -8,6 +8,7 @@ use super::source::{Reader, floats, halves, shorts, words};
 use super::{Appearance, Avatar, AvatarError, Texture};
 use crate::body::{Rig, Skin};
 use crate::encoding::PositionalEncoding;
+use crate::memory::{Allowance, MemoryLimit};
 use crate::mesh::Triangle;
 use crate::network::{Compact, Layer, Mlp, Region, SurfaceFunction};
 use crate::pose_feature::association;
@@ -16,12 +17,20 @@ use glam::Vec3A;
 
 impl Avatar {
     /// Reads a GLB; every count, offset and index is checked; every number is finite. `name` is the file's name for messages.
+    ///
+    /// Fails where that would take more memory than the default [`MemoryLimit`].
     pub fn read(bytes: &[u8], name: &str) -> Result<Self, AvatarError> {
+        Self::read_within(bytes, name, MemoryLimit::default())
+    }
+
+    /// [`Self::read`] with another limit of memory.
+    pub fn read_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Self, AvatarError> {
         let glb = Glb::parse(bytes, name)?;
         let document: Document<serde_json::Value> = serde_json::from_slice(glb.json)
             .map_err(|error| AvatarError::new(name, "JSON chunk", "a glTF document with CREASE_avatar", error))?;
         let extension = extension(&document.extensions.avatar, name)?;
-        let reader = Reader { file: name, binary: glb.binary, document: &document };
+        let allowance = Allowance::new(limit, bytes.len());
+        let reader = Reader { file: name, binary: glb.binary, document: &document, allowance };
         let avatar = reader.avatar(&extension)?;
         avatar.validate(name)?;
         Ok(avatar)

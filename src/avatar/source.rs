@@ -4,9 +4,13 @@ use super::AvatarError;
 use super::deflate::unpack;
 use super::document::{self, Document};
 use super::extension::{Number, Table};
+use crate::memory::Allowance;
 use glam::Vec3A;
 use half::f16;
 use std::borrow::Cow;
+
+/// What is kept of a table, in multiples of its bytes.
+const KEPT_TIMES: usize = 3;
 
 /// A file's document and binary chunk.
 pub struct Reader<'a> {
@@ -16,6 +20,8 @@ pub struct Reader<'a> {
     pub binary: &'a [u8],
     /// The JSON chunk.
     pub document: &'a Document<serde_json::Value>,
+    /// Memory that tables may take.
+    pub allowance: Allowance,
 }
 
 impl<'a> Reader<'a> {
@@ -114,6 +120,12 @@ impl<'a> Reader<'a> {
         let bytes = self.view(table.buffer_view, field)?;
         let size = table.number.size();
         let length = table.shape.iter().try_fold(size, |product, &length| product.checked_mul(length));
+        if let Some(length) = length {
+            // Unpacking takes two copies for a while; what is made of them and kept has at most sixteen bytes for six.
+            let taken = self.allowance.afford(length.saturating_mul(KEPT_TIMES + 2));
+            let taken = taken.and_then(|()| self.allowance.hold(KEPT_TIMES * length));
+            taken.map_err(|shortage| self.error(field, shortage.expected, shortage.found))?;
+        }
         let unpacked = match length {
             Some(length) if table.packed => unpack(bytes, length, size).map(Cow::Owned),
             Some(length) if length == bytes.len() => Ok(Cow::Borrowed(bytes)),

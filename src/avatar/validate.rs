@@ -9,6 +9,8 @@ use std::collections::HashSet;
 const JOINT_COUNT: usize = 24;
 /// Levels multiply the triangles by 4; a fifth would make a small body's mesh a gigabyte.
 const LARGEST_LEVEL_COUNT: u32 = 4;
+/// Of the finest level: forty times the open body's, and about two gigabytes to animate.
+const LARGEST_VERTEX_COUNT: usize = 1 << 22;
 /// 2²⁴ π x has no precision left in f32.
 const LARGEST_FREQUENCY_COUNT: u32 = 24;
 
@@ -123,7 +125,8 @@ impl Check<'_> {
     fn topology(&self) -> Result<Vec<usize>, AvatarError> {
         let triangles = &self.avatar.triangles;
         let count = self.avatar.rig.rest.len();
-        let mut half_edges = HashSet::with_capacity(3 * triangles.len());
+        // Grows with what is sound: a list of the same triangle takes nothing.
+        let mut half_edges = HashSet::new();
         let mut used = vec![false; count];
         for (t, &[a, b, c]) in triangles.iter().enumerate() {
             let found = format!("{:?}", [a, b, c]);
@@ -154,6 +157,9 @@ impl Check<'_> {
             edges = 2 * edges + 3 * faces;
             faces *= 4;
         }
+        let finest = vertex_counts[vertex_counts.len() - 1];
+        let limit = format!("at most {LARGEST_VERTEX_COUNT} vertices on the finest level");
+        self.require(finest <= LARGEST_VERTEX_COUNT, "levelCount", limit, finest)?;
         Ok(vertex_counts)
     }
 

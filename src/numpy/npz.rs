@@ -42,10 +42,10 @@ impl<'a> Npz<'a> {
             let expected = format!("at most {ENTRY_BYTE_LIMIT} bytes");
             return Err(place.error(expected, format!("{} bytes declared", entry.size())));
         }
-        // Grows with what is really there: a false size costs nothing, and one byte more than declared is enough.
+        // One byte more than declared is enough to see that there are more.
         let declared = entry.size();
         allowance.afford(declared as usize).map_err(|shortage| place.short(shortage))?;
-        let mut bytes = Vec::new();
+        let mut bytes = Vec::with_capacity(declared as usize);
         (&mut entry).take(declared + 1).read_to_end(&mut bytes).map_err(|error| unpacked(&error))?;
         if bytes.len() as u64 != declared {
             let found = if bytes.len() as u64 > declared { "more".to_owned() } else { bytes.len().to_string() };

@@ -8,6 +8,7 @@ type Props = DetailedHTMLProps<HTMLAttributes<CreaseAvatarElement>, CreaseAvatar
   fps?: number;
   detail?: number;
   autoplay?: boolean;
+  loop?: boolean;
   alt?: string;
   "camera-controls"?: boolean;
 };

@@ -24,6 +24,7 @@ export function Player() {
         fps={60}
         detail={detail}
         autoplay
+        loop
         camera-controls
         alt="A person dancing"
       />

@@ -404,10 +404,10 @@ impl Viewer {
         Ok(())
     }
 
-    /// Whether the mesh's edges are drawn.
-    #[wasm_bindgen(getter, js_name = drawsLines)]
-    pub fn draws_lines(&self) -> bool {
-        self.scene.view == View::Wireframe
+    /// How many levels coarser than the finest the mesh's edges are drawn; nothing where they are not drawn.
+    #[wasm_bindgen(getter, js_name = coarserLines)]
+    pub fn coarser_lines(&self) -> Option<usize> {
+        (self.scene.view == View::Wireframe).then(|| self.scene.coarser_lines())
     }
 
     /// 0 is the base, 1 as trained, 2 exaggerated.

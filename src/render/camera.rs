@@ -9,6 +9,9 @@ const EASE_SECONDS: f32 = 0.08;
 const FOLLOW_SECONDS: f32 = 0.5;
 /// A root that moves further than this within one frame was cut, not walked: the camera cuts with it.
 const CUT_METRES: f32 = 0.5;
+/// Nearer to its goal than this, radians and metres together, the camera has arrived; and this near to the point that it follows.
+const ARRIVED_ORBIT: f32 = 1e-4;
+const ARRIVED_METRES: f32 = 1e-3;
 /// Lowest elevation: the eye stays above the floor.
 const LOWEST_ELEVATION: f32 = -0.12;
 const HIGHEST_ELEVATION: f32 = FRAC_PI_2 - 0.05;
@@ -221,12 +224,18 @@ impl OrbitCamera {
         self.now.azimuth += turn;
         self.now = self.now.towards(&self.goal, share(EASE_SECONDS));
         self.followed = self.followed.lerp(self.followed_goal(), share(FOLLOW_SECONDS));
+        // It arrives, so that the same wishes end in the same picture.
+        if self.now.difference(&self.goal) < ARRIVED_ORBIT {
+            self.now = self.goal;
+        }
+        if self.followed_goal().distance(self.followed) < ARRIVED_METRES {
+            self.followed = self.followed_goal();
+        }
     }
 
     /// Whether letting time pass would no longer move the picture.
     pub fn settled(&self) -> bool {
-        let lag = self.followed_goal().distance(self.followed);
-        self.turn == 0.0 && self.now.difference(&self.goal) < 1e-4 && lag < 1e-3
+        self.turn == 0.0 && self.now == self.goal && self.followed == self.followed_goal()
     }
 
     /// What the camera looks at, metres.

@@ -8,9 +8,9 @@ const VIEW_NORMALS = 2u;
 const VIEW_VALUES = 3u;
 
 // Values from minus this to this, 1/m, take the whole scale of colours.
-const VALUE_RANGE = 120.0;
-// The mesh's edges lie nearer to the eye by this share of the depth, so that they are seen.
-const LINE_LIFT = 2e-4;
+const VALUE_RANGE = 10.0;
+// The mesh's edges lie nearer to the eye by this share of the way, so that they are seen.
+const LINE_LIFT = 2e-3;
 
 struct Fragment {
     @builtin(position) pixel: vec4f,
@@ -50,7 +50,7 @@ fn line_vertex(
     @location(2) colour: vec4f,
 ) -> Fragment {
     var out = figure_fragment(body_vertex, texture_coordinates, colour);
-    out.pixel.z -= LINE_LIFT * out.pixel.w;
+    out.pixel = globals.clip_from_world * vec4f(mix(out.position, globals.eye, LINE_LIFT), 1.0);
     return out;
 }
 

@@ -112,7 +112,7 @@ impl Renderer {
             self.figure.draw(&mut pass, scene.coarser());
             if scene.view == View::Wireframe {
                 pass.set_pipeline(&self.line_pipeline);
-                self.figure.draw_lines(&mut pass, scene.coarser());
+                self.figure.draw_lines(&mut pass, scene.coarser_lines());
             }
         }
         self.queue.submit([encoder.finish()]);

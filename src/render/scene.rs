@@ -8,6 +8,9 @@ use super::surface_vertex::SurfaceVertex;
 use super::view::View;
 use glam::Vec3A;
 
+/// Beyond each of these, metres, a wireframe is a level coarser.
+const WIREFRAME_DISTANCES: [f32; 2] = [0.9, 1.8];
+
 /// A figure, and how it is looked at.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -82,6 +85,12 @@ impl Scene {
         self.coarser
     }
 
+    /// How many levels coarser than the finest the edges of a wireframe are: from afar those of the finest level would be one dark shape.
+    pub fn coarser_lines(&self) -> usize {
+        let distance = self.camera.orbit_now().distance;
+        self.coarser + WIREFRAME_DISTANCES.iter().filter(|&&metres| distance > metres).count()
+    }
+
     /// Another number for every figure that was set; 0 before the first.
     pub fn revision(&self) -> u32 {
         self.revision
@@ -105,6 +114,18 @@ mod tests {
         scene.set_figure(&[Vec3A::X], &[Vec3A::Y], 0);
         assert_ne!(scene.revision(), first);
         assert_eq!(scene.vertices(), [SurfaceVertex::new(Vec3A::X, Vec3A::Y)]);
+    }
+
+    #[test]
+    fn a_wireframe_is_coarser_from_afar() {
+        let mut scene = Scene::default();
+        scene.set_figure(&[Vec3A::ZERO], &[Vec3A::Y], 1);
+        let coarser = |scene: &mut Scene, metres| {
+            scene.camera.set_orbit(None, None, Some(metres), 1.0);
+            scene.camera.jump();
+            scene.coarser_lines()
+        };
+        assert_eq!([0.5, 1.0, 4.0].map(|metres| coarser(&mut scene, metres)), [1, 2, 3]);
     }
 
     #[test]

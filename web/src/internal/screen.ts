@@ -81,7 +81,8 @@ export class Screen {
         }
         return painter;
       },
-      tell,
+      // Whoever leaves the choice to the element has nothing to be told of.
+      choice === "auto" ? () => {} : tell,
     );
     const drawnOn = await (canvas as Promise<Canvas> | null);
     if (attempt !== this.#attempt || this.#closed || !this.#host.viewer()) {

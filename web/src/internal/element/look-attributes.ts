@@ -5,8 +5,8 @@ import { TimeAttributes } from "./time-attributes.js";
 /** How it looks. */
 export class LookAttributes extends TimeAttributes {
   /**
-   * What is shown: the `detailed` surface, the pose-dependent `base`, or the skinned `body`; of the detailed surface, its `wireframe`, its
-   * `normals` as colours, or the learned `laplacian` along the normal (red bulges, blue folds in).
+   * What is shown: the `detailed` surface, the pose-dependent `base`, or the skinned `body`; of the detailed surface, its `wireframe` (coarser from
+   * afar), its `normals` as colours, or the learned `laplacian` along the normal (red bulges, blue folds in).
    *
    * @attr view
    * @example `avatar.view = "wireframe";`

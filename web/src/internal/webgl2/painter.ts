@@ -170,9 +170,10 @@ export class WebGl2Painter {
     gl.enable(gl.CULL_FACE);
     gl.useProgram(this.#lit);
     figure.draw(gl, viewer.coarser);
-    if (viewer.drawsLines) {
+    const { coarserLines } = viewer;
+    if (coarserLines !== undefined) {
       gl.useProgram(this.#lines);
-      figure.drawLines(gl, viewer, memory, viewer.coarser);
+      figure.drawLines(gl, viewer, memory, coarserLines);
     }
     targets.present(gl);
     return true;

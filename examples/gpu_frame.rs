@@ -101,9 +101,7 @@ fn time(
     let mut error = 0.0f32;
     for frame in 0..=frame_count {
         let pose = pose_at(cpu.avatar().rig.parents.len(), frame as f32 / RATE);
-        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        animator.animate(&mut encoder, &pose, options, timestamps.as_mut());
-        queue.submit([encoder.finish()]);
+        animator.animate(&pose, options, timestamps.as_mut());
         let Some(timestamps) = &timestamps else {
             device.poll(PollType::wait_indefinitely())?;
             continue;

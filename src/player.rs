@@ -43,7 +43,19 @@ pub struct NotFiniteError {
     pub seconds: f64,
 }
 
-/// The mesh of one pose.
+/// What a frame shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wanted {
+    /// The pose.
+    pub pose: Pose,
+    /// What is computed of it.
+    pub options: Options,
+    /// How many levels coarser than the finest the triangles are that are drawn. They may be coarser than the mesh that is computed:
+    /// their corners then carry that mesh's positions and normals.
+    pub coarser: usize,
+}
+
+/// The mesh of one pose, as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Posed<'a> {
     /// Positions, metres.
@@ -69,7 +81,7 @@ pub struct Player {
     pub tells_laplacian: bool,
     controller: QualityController,
     fixed_quality: Option<usize>,
-    wanted: Option<(Pose, Options)>,
+    wanted: Option<Wanted>,
     /// The solver must not start from what the last call left.
     cold: bool,
     /// Frames depend on the pose alone, until time runs again.
@@ -178,7 +190,7 @@ impl Player {
     /// Where the root joint is now, metres.
     pub fn root(&self) -> Vec3 {
         match &self.wanted {
-            Some((pose, _)) => Vec3::from(self.avatar.rig.rest_joints[0]) + pose.translation,
+            Some(wanted) => Vec3::from(self.avatar.rig.rest_joints[0]) + wanted.pose.translation,
             None => self.root_at_clock(),
         }
     }
@@ -189,9 +201,9 @@ impl Player {
     }
 
     /// Moves the clock by `seconds` of real time and returns what is to be shown if that changed, for whoever poses the avatar elsewhere.
-    pub fn step(&mut self, seconds: f64) -> Option<&(Pose, Options)> {
+    pub fn step(&mut self, seconds: f64) -> Option<&Wanted> {
         self.let_time_pass(seconds);
-        let wanted = (self.pose(), self.frame_options());
+        let wanted = self.wanted_now();
         if self.wanted.as_ref() == Some(&wanted) {
             return None;
         }
@@ -210,7 +222,7 @@ impl Player {
     }
 
     /// What was to be shown last.
-    pub fn wanted(&self) -> Option<&(Pose, Options)> {
+    pub fn wanted(&self) -> Option<&Wanted> {
         self.wanted.as_ref()
     }
 
@@ -230,42 +242,55 @@ impl Player {
         if self.step(seconds).is_none() {
             return Ok(None);
         }
-        let Some((pose, options)) = &self.wanted else { return Ok(None) };
+        let Some(Wanted { pose, options, coarser }) = &self.wanted else { return Ok(None) };
         let options = Options { warm_start: options.warm_start && !self.cold, ..*options };
         let positions = self.animator.animate_observed(pose, &options, observe);
         let count = positions.iter().filter(|position| !position.is_finite()).count();
         self.cold = count > 0;
         if count > 0 {
-            let (avatar, seconds) = (self.avatar.name.clone(), self.clock.seconds());
-            return Err(NotFiniteError { avatar, count, seconds });
+            return Err(self.not_finite(count));
         }
         self.positions.clear();
         self.positions.extend_from_slice(positions);
         self.normals.resize(self.positions.len(), Vec3A::ZERO);
         let subdivision = self.animator.subdivision();
         vertex_normals(&self.positions, subdivision.triangles(options.level), &mut self.normals);
-        let coarser = subdivision.level_count() - options.level;
         self.laplacian.clear();
         if self.tells_laplacian {
             let deltas = self.animator.learned_laplacian(pose, options.level);
             self.laplacian.extend(deltas.iter().zip(&self.normals).map(|(delta, normal)| delta.dot(*normal)));
         }
-        Ok(Some(Posed { positions: &self.positions, normals: &self.normals, laplacian: &self.laplacian, coarser }))
+        // A coarser level's vertices come first on every finer one.
+        let subdivision = self.animator.subdivision();
+        let drawn = subdivision.vertex_count(subdivision.level_count() - coarser);
+        Ok(Some(Posed {
+            positions: &self.positions[..drawn],
+            normals: &self.normals[..drawn],
+            laplacian: &self.laplacian[..drawn.min(self.laplacian.len())],
+            coarser: *coarser,
+        }))
     }
 
-    /// What a frame of the present quality asks for. A fixed quality depends on the pose alone; one that follows the machine starts the
-    /// solver from the last frames, as poses follow each other.
-    fn frame_options(&self) -> Options {
+    /// The error of a frame of this moment with `count` vertices that are nowhere.
+    pub fn not_finite(&self, count: usize) -> NotFiniteError {
+        NotFiniteError { avatar: self.avatar.name.clone(), count, seconds: self.clock.seconds() }
+    }
+
+    /// What a frame of this moment and of the present quality shows. While time runs the solver starts from the last frames, as poses follow
+    /// each other; a picture that stands depends on its pose alone.
+    fn wanted_now(&self) -> Wanted {
         let quality = self.quality();
         let finest = self.animator.subdivision().level_count();
         let level = |coarser| finest.saturating_sub(coarser).clamp(*self.animator.levels().start(), finest);
-        Options {
+        let options = Options {
             stop: quality.stop,
-            warm_start: self.fixed_quality.is_none() && !self.exact,
+            warm_start: !self.exact && (self.clock.running() || self.source.is_live()),
             level: level(quality.coarser_surface),
             solve_level: level(quality.coarser_solve),
             ..self.options
-        }
+        };
+        let coarser = (finest - options.level + quality.coarser_triangles).min(finest);
+        Wanted { pose: self.pose(), options, coarser }
     }
 
     /// Keeps one of [`QUALITY_LEVELS`], or lets quality follow the machine.
@@ -361,7 +386,7 @@ mod tests {
 
     /// A detail that no number can hold.
     #[cfg(feature = "factor")]
-    const BEYOND: f32 = f32::MAX;
+    const BEYOND: f32 = f32::INFINITY;
 
     #[test]
     #[cfg(feature = "factor")]
@@ -389,6 +414,32 @@ mod tests {
 
     #[test]
     #[cfg(feature = "factor")]
+    fn a_picture_that_stands_depends_on_its_pose_alone_and_one_that_moves_is_as_near() {
+        let moving = Motion { poses: vec![Pose::rest(24), crate::fixture::bent_pose()], ..motion(&[]) };
+        let playing = || {
+            let mut player = fixture();
+            player.set_quality(Some(0));
+            player.set_motions(vec![moving.clone()], 0.0).unwrap();
+            player.clock.play();
+            player
+        };
+        let mut player = playing();
+        for _ in 0..4 {
+            advance(&mut player, 0.004).unwrap();
+        }
+        let moved = player.positions.clone();
+        player.clock.pause();
+        let stands = advance(&mut player, 0.0).unwrap().expect("posed anew").positions.to_vec();
+        let mut other = playing();
+        other.clock.pause();
+        other.clock.seek(player.clock.seconds());
+        assert_eq!(advance(&mut other, 0.0).unwrap().unwrap().positions, stands);
+        let apart = moved.iter().zip(&stands).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!(apart > 0.0 && apart < 4e-5, "the solver started elsewhere: {apart} m");
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
     fn a_fixed_quality_gives_the_same_mesh_whatever_was_before() {
         let mut player = fixture();
         for level in 0..QUALITY_LEVELS.len() {
@@ -404,16 +455,35 @@ mod tests {
 
     #[test]
     #[cfg(feature = "factor")]
+    fn the_last_level_draws_the_coarsest_triangles_with_the_normals_of_a_finer_mesh() {
+        let mut player = fixture();
+        let [low, lowest] = [3, 4].map(|level| {
+            player.set_quality(Some(level));
+            let posed = advance(&mut player, 0.0).unwrap().unwrap();
+            (posed.positions.len(), posed.normals.to_vec(), posed.coarser)
+        });
+        let subdivision = player.animator().subdivision();
+        assert_eq!((low.0, low.2), (subdivision.vertex_count(1), 1));
+        assert_eq!((lowest.0, lowest.2), (subdivision.vertex_count(0), 2));
+        let furthest = lowest.1.iter().zip(&low.1).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!(furthest < 0.2, "one iteration less and no other mesh: {furthest}");
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
     fn neighbouring_levels_of_quality_look_alike() {
         let mut player = fixture();
-        let mut better: Vec<Vec3A> = Vec::new();
+        let mut better: [Vec<Vec3A>; 2] = Default::default();
         for level in 0..QUALITY_LEVELS.len() {
             player.set_quality(Some(level));
-            let positions = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
+            let posed = advance(&mut player, 0.0).unwrap().unwrap();
+            let (positions, normals) = (posed.positions.to_vec(), posed.normals.to_vec());
             // Levels of the mesh begin with the vertices of the coarser one.
-            let furthest = positions.iter().zip(&better).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
-            assert!(furthest < 0.01, "{}: {furthest} m", QUALITY_LEVELS[level].name);
-            better = positions;
+            let furthest = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+            let apart = [furthest(&positions, &better[0]), furthest(&normals, &better[1])];
+            let name = QUALITY_LEVELS[level].name;
+            assert!(apart[0] < 0.01 && apart[1] < 0.5, "{name}: {} m, normals {}", apart[0], apart[1]);
+            better = [positions, normals];
         }
     }
 

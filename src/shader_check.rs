@@ -8,6 +8,15 @@ pub(crate) fn validate(source: &str) -> Result<(naga::Module, ModuleInfo), Strin
     validate_with(source, Capabilities::SHADER_FLOAT16_IN_FLOAT32)
 }
 
+/// Panics with the name and naga's message of the first of `sources` that is not valid at WebGPU's baseline.
+pub(crate) fn validate_all(sources: &[(&str, &str)]) {
+    for (name, source) in sources {
+        if let Err(message) = validate(source) {
+            panic!("{name}: {message}");
+        }
+    }
+}
+
 /// The same with `capabilities` beyond the baseline.
 pub(crate) fn validate_with(source: &str, capabilities: Capabilities) -> Result<(naga::Module, ModuleInfo), String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
@@ -29,6 +38,12 @@ pub(crate) fn member_offsets(source: &str, name: &str) -> (Vec<(String, usize)>,
 #[test]
 fn a_broken_shader_is_refused() {
     assert!(validate("@fragment fn fragment() -> @location(0) vec4f { return vec3f(1.0); }").is_err());
+}
+
+#[test]
+#[should_panic(expected = "of two")]
+fn the_broken_one_is_named() {
+    validate_all(&[("a whole one", ""), ("the second of two", "broken")]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 use super::*;
 use crate::fixture::{bent_pose, compact_avatar, plain_avatar};
-use crate::laplacian::row_scales;
+use crate::laplacian::scale_per_area;
 use crate::mesh::Adjacency;
 use crate::network::SurfaceFunction;
 use crate::solver::CoarseFactor;
@@ -127,9 +127,8 @@ fn agrees_with_the_direct_solution() {
 fn solve_directly(animator: &Animator) -> Vec<Vec3A> {
     let base = animator.surface().finest();
     let adjacency = &Adjacency::new(base.len(), animator.triangles());
-    let (mut areas, mut scales) = (vec![0.0; base.len()], vec![0.0; base.len()]);
+    let mut areas = vec![0.0; base.len()];
     mixed_voronoi_areas(base, animator.triangles(), &mut areas);
-    row_scales(adjacency, &areas, &mut scales);
     let row = |k: usize| {
         let neighbours = adjacency.of(k);
         let weight = -1.0 / neighbours.len() as f64;
@@ -140,8 +139,9 @@ fn solve_directly(animator: &Animator) -> Vec<Vec3A> {
     let mut right = faer::Mat::<f64>::zeros(base.len(), 3);
     let deltas = animator.laplacians.last().unwrap();
     for k in 0..base.len() {
+        let scale = areas[k] * scale_per_area(adjacency.valence(k));
         for axis in 0..3 {
-            let mut wanted = f64::from(scales[k]) * f64::from(deltas[k][axis]);
+            let mut wanted = f64::from(scale) * f64::from(deltas[k][axis]);
             if animator.avatar().form == Form::Relative {
                 wanted += row(k).map(|(j, weight)| weight * f64::from(base[j][axis])).sum::<f64>();
             }

@@ -356,9 +356,10 @@ impl Viewer {
         self.player.clock.play();
     }
 
-    /// Stops time.
+    /// Stops time; the picture that stands is made anew.
     pub fn pause(&mut self) {
         self.player.clock.pause();
+        self.redraw = true;
     }
 
     /// Goes to a time of the motion, seconds.

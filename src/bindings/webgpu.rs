@@ -2,9 +2,8 @@
 
 use super::named;
 use super::viewer::Viewer;
-use crate::animate::Options;
-use crate::body::Pose;
 use crate::gpu::{GpuAnimator, GpuError};
+use crate::player::Wanted;
 use crate::render::screen::{Screen, ScreenError};
 use crate::render::{Albedo, Renderer};
 use js_sys::Error;
@@ -24,7 +23,7 @@ pub struct WebGpuPainter {
     computes: bool,
     animator: Option<GpuAnimator>,
     /// What the GPU posed last.
-    posed: Option<(Pose, Options)>,
+    posed: Option<Wanted>,
 }
 
 #[wasm_bindgen]
@@ -78,32 +77,30 @@ impl WebGpuPainter {
         self.screen.keeps_up()
     }
 
-    /// Draws the viewer's scene. Returns whether there was something to draw on.
-    pub fn draw(&mut self, viewer: &mut Viewer) -> bool {
+    /// Draws the viewer's scene. Returns whether there was something to draw on; throws where vertices of an earlier pose were not finite,
+    /// which has kept them where they were.
+    pub fn draw(&mut self, viewer: &mut Viewer) -> Result<bool, Error> {
         let poses = self.poses(viewer);
-        let Some(renderer) = &mut self.renderer else { return false };
+        let Some(renderer) = &mut self.renderer else { return Ok(false) };
         if !poses {
             self.posed = None;
         } else if let Some(animator) = &mut self.animator
             && let Some(wanted) = viewer.player().wanted()
             && self.posed.as_ref() != Some(wanted)
         {
-            let (pose, options) = wanted;
-            let mut encoder = self.screen.device().create_command_encoder(&Default::default());
-            animator.animate(&mut encoder, pose, options, None);
-            self.screen.queue().submit([encoder.finish()]);
-            let outline = animator.outline(pose);
+            animator.animate(&wanted.pose, &wanted.options, None);
+            let (outline, coarser) = (animator.outline(&wanted.pose), wanted.coarser);
             self.posed = Some(wanted.clone());
-            viewer.scene_mut().set_outline(&outline);
+            viewer.scene_mut().set_outline(&outline, coarser);
         }
         if renderer.wants_lines(viewer.scene()) {
-            match viewer.drawn_surface() {
-                Ok(surface) => renderer.set_lines(&surface),
-                // It was made when the painter was prepared, so it can be made now.
-                Err(_) => return false,
-            }
+            renderer.set_lines(&viewer.drawn_surface()?);
         }
-        self.screen.present(|view, size| renderer.draw(view, size, viewer.scene()))
+        let drawn = self.screen.present(|view, size| renderer.draw(view, size, viewer.scene()));
+        match self.animator.as_mut().map_or(0, GpuAnimator::take_not_finite) {
+            0 => Ok(drawn),
+            count => Err(named("avatar", &viewer.player().not_finite(count))),
+        }
     }
 
     /// Throws if the GPU has reported an error or was lost.

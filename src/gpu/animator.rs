@@ -1,15 +1,18 @@
 //! Pose to vertex buffer, as a list of dispatches that is made once.
 
-use super::conjugate_gradients::GpuSolver;
+use super::conjugate_gradients::{GpuSolver, GpuSolvers};
 use super::error::GpuError;
+use super::finite::FiniteCheck;
 use super::frame::{Frame, is_detailed};
 use super::inverse_factor::InverseFactor;
 use super::kernel::{Dispatch, WORKGROUP, WORKGROUP_LIMIT, uniform_of, vectors};
 use super::outline::Outline;
+use super::residual::ResidualKernel;
 use super::sparse::{GpuMatrix, SparseKernels, stencils};
+use super::surface::SurfaceKernel;
 use super::timestamps::Timestamps;
 use super::topology::GpuCorners;
-use super::{compact, perceptron, residual, rotation, skinning, surface};
+use super::{compact, perceptron, rotation, skinning};
 use crate::animate::{Animator, Options, Stage};
 use crate::avatar::Avatar;
 use crate::body::Pose;
@@ -17,8 +20,9 @@ use crate::mesh::Scheme;
 use crate::network::SurfaceFunction;
 use crate::solver::Stop;
 use glam::Vec3A;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
-use wgpu::{AdapterInfo, Buffer, CommandEncoder, ComputePassDescriptor, Device, DeviceType, Features, Queue};
+use wgpu::{AdapterInfo, Buffer, CommandEncoderDescriptor, ComputePassDescriptor, Device, DeviceType, Features, Queue};
 
 /// The stages of a frame, in order.
 pub(super) const STAGES: [&str; 6] = ["deformation", "base", "laplacian", "residual", "solve", "surface"];
@@ -33,19 +37,34 @@ const POSE_JUMP: f32 = 0.35;
 /// An avatar on a GPU, ready to move.
 pub struct GpuAnimator {
     avatar: Arc<Avatar>,
+    device: Device,
     queue: Queue,
     frame: Buffer,
+    /// Levels that can be asked for; lists over levels begin with the first.
+    levels: RangeInclusive<usize>,
     deformation: Vec<Dispatch>,
+    skinning: Dispatch,
+    /// The base from each level to the next, from level 0 on.
     base: Vec<Dispatch>,
+    /// f_l and its rotation.
     laplacian: Vec<Dispatch>,
-    residual: Dispatch,
-    solver: GpuSolver,
-    surface: Dispatch,
-    displacement: Buffer,
-    /// Pose and detail that `displacement` belongs to.
-    solved: Option<(Pose, f32)>,
+    /// δ from each level to the next, from that of f_l on.
+    deltas: Vec<Dispatch>,
+    solves: Vec<LevelSolve>,
+    /// The displacement from each level to the next.
+    displacement: Vec<Dispatch>,
+    surfaces: Vec<Dispatch>,
+    finite: FiniteCheck,
+    /// Pose, detail and level that was solved last.
+    solved: Option<(Pose, f32, usize)>,
     outline: Outline,
     operations: u64,
+}
+
+/// From δ on a level to the displacement there.
+struct LevelSolve {
+    residual: Dispatch,
+    solver: GpuSolver,
 }
 
 /// What a frame costs, counted.
@@ -81,18 +100,12 @@ impl GpuAnimator {
     /// and octahedral normal, usable as storage.
     pub fn new(device: &Device, queue: &Queue, animator: &Animator, vertices: &Buffer) -> Result<Self, GpuError> {
         check_limits(device, animator)?;
-        let (avatar, subdivision) = (animator.shared_avatar(), animator.subdivision());
-        let finest = subdivision.level_count();
-        let (vertex_count, laplacian_level) = (subdivision.vertex_count(finest), avatar.laplacian.level());
-        let frame = uniform_of(
-            device,
-            "frame",
-            &Frame::new(&avatar, &Pose::rest(avatar.rig.parents.len()), &Options::default()),
-        );
+        let (avatar, subdivision, levels) = (animator.shared_avatar(), animator.subdivision(), animator.levels());
+        let (coarsest, finest) = (*levels.start(), *levels.end());
+        let laplacian_level = avatar.laplacian.level();
+        let rest = Frame::new(&avatar, &Pose::rest(avatar.rig.parents.len()), &Options::default());
+        let frame = uniform_of(device, "frame", &rest);
         let on_level = |label, level| vectors(device, label, subdivision.vertex_count(level));
-        let (row_residual, displacement) = (on_level("row residual", finest), on_level("displacement", finest));
-        let solver = GpuSolver::new(device, &animator.solver, subdivision, &row_residual, &displacement);
-        let corners = GpuCorners::new(device, vertex_count, subdivision.triangles(finest));
         let sparse = SparseKernels::new(device);
 
         let evaluate = |function: &SurfaceFunction, values: &Buffer| {
@@ -104,67 +117,89 @@ impl GpuAnimator {
                 }
             }
         };
-        let refine = |scheme, first: usize, mut coarse: Buffer, dispatches: &mut Vec<Dispatch>| {
-            for level in first..finest {
+        // `first` and its refinements up to the finest level, and the dispatches between them.
+        let refined = |scheme, level: usize, first: Buffer| {
+            let (mut fields, mut dispatches) = (vec![first], Vec::new());
+            for level in level..finest {
                 let fine = on_level("refined", level + 1);
                 let matrix = GpuMatrix::new(device, &stencils(subdivision, scheme, level));
-                dispatches.push(sparse.apply(&matrix, &coarse, &fine));
-                coarse = fine;
+                dispatches.push(sparse.apply(&matrix, &fields[fields.len() - 1], &fine));
+                fields.push(fine);
             }
-            coarse
+            (fields, dispatches)
         };
 
-        let (offsets, posed) = (on_level("offsets", 0), on_level("posed", 0));
+        let offsets = on_level("offsets", 0);
         let deformation = evaluate(&avatar.deformation, &offsets);
-        let mut base = vec![skinning::pose(device, &avatar.rig, &frame, &offsets, &posed)];
-        let finest_base = refine(avatar.scheme, 0, posed, &mut base);
+        let (bases, base) = refined(avatar.scheme, 0, on_level("posed", 0));
+        let skinning = skinning::pose(device, &avatar.rig, &frame, &offsets, &bases[0]);
 
-        let deltas = on_level("deltas", laplacian_level);
-        let mut laplacian = evaluate(&avatar.laplacian, &deltas);
-        laplacian.push(rotation::rotate(device, &avatar.rig.skin, subdivision, laplacian_level, &frame, &deltas));
-        let finest_deltas = refine(Scheme::Loop, laplacian_level, deltas, &mut laplacian);
+        let (all_deltas, deltas) = refined(Scheme::Loop, laplacian_level, on_level("deltas", laplacian_level));
+        let mut laplacian = evaluate(&avatar.laplacian, &all_deltas[0]);
+        laplacian.push(rotation::rotate(
+            device,
+            &avatar.rig.skin,
+            subdivision,
+            laplacian_level,
+            &frame,
+            &all_deltas[0],
+        ));
 
-        let fields = [&finest_base, &finest_deltas, &row_residual];
-        let residual = residual::row_residual(device, &frame, fields, &corners, solver.rings(), vertex_count);
-        let surface = surface::surface(device, &frame, [&finest_base, &displacement, vertices], &corners, vertex_count);
+        let solvers = GpuSolvers::new(device, &animator.solver, subdivision);
+        let (residual_kernel, surface_kernel) = (ResidualKernel::new(device), SurfaceKernel::new(device));
+        let (displacements, displacement) = refined(Scheme::Loop, coarsest, on_level("displacement", coarsest));
+        let finite = FiniteCheck::new(device);
+        let (mut solves, mut surfaces) = (Vec::new(), Vec::new());
+        for (level, displacement) in levels.clone().zip(&displacements) {
+            let vertex_count = subdivision.vertex_count(level);
+            let corners = GpuCorners::new(device, vertex_count, subdivision.triangles(level));
+            let row_residual = on_level("row residual", level);
+            let fields = [&bases[level], &all_deltas[level - laplacian_level], &row_residual];
+            solves.push(LevelSolve {
+                residual: residual_kernel.dispatch(&frame, fields, &corners, solvers.rings(level), vertex_count),
+                solver: solvers.on_level(device, level, vertex_count, &row_residual, displacement),
+            });
+            let fields = [&bases[level], displacement, vertices, finite.count()];
+            surfaces.push(surface_kernel.dispatch(&frame, fields, &corners, vertex_count));
+        }
         Ok(Self {
             operations: [&avatar.deformation, &avatar.laplacian].map(|f| operations(f, animator)).iter().sum(),
             outline: Outline::new(&avatar.rig),
             avatar,
+            device: device.clone(),
             queue: queue.clone(),
             frame,
+            levels,
             deformation,
+            skinning,
             base,
             laplacian,
-            residual,
-            solver,
-            surface,
+            deltas,
+            solves,
             displacement,
+            surfaces,
+            finite,
             solved: None,
         })
     }
 
-    /// Records the frame of `pose` on `encoder`, and its times if `timestamps` are given.
+    /// Computes the frame of `pose`, and its times if `timestamps` are given.
     ///
     /// As nothing is read back, [`Stop::Tolerance`] stands for a fixed number of iterations that reaches 0.02 mm. A warm start is left
     /// out where the pose jumps, so that a frame depends on pose and options alone, within that tolerance.
-    pub fn animate(
-        &mut self,
-        encoder: &mut CommandEncoder,
-        pose: &Pose,
-        options: &Options,
-        mut timestamps: Option<&mut Timestamps>,
-    ) {
+    pub fn animate(&mut self, pose: &Pose, options: &Options, mut timestamps: Option<&mut Timestamps>) {
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&Frame::new(&self.avatar, pose, options)));
+        let mut encoder = self.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let mut iterations = 0;
         if is_detailed(options) {
-            let is_warm =
-                options.warm_start && self.solved.as_ref().is_some_and(|solved| is_near(solved, pose, options));
+            let [_, solve_level] = self.levels_of(options);
+            let is_warm = options.warm_start
+                && self.solved.as_ref().is_some_and(|solved| is_near(solved, pose, options.detail, solve_level));
             if !is_warm {
-                encoder.clear_buffer(&self.displacement, 0, None);
+                self.solves[solve_level - self.levels.start()].solver.forget(&mut encoder);
             }
             iterations = iteration_count(options.stop, is_warm);
-            self.solved = Some((pose.clone(), options.detail));
+            self.solved = Some((pose.clone(), options.detail, solve_level));
         }
         if let Some(timestamps) = &mut timestamps {
             timestamps.start();
@@ -175,8 +210,23 @@ impl GpuAnimator {
             dispatches.for_each(|dispatch| dispatch.record(&mut pass));
         });
         if let Some(timestamps) = timestamps {
-            timestamps.finish(encoder);
+            timestamps.finish(&mut encoder);
         }
+        self.finite.record(&mut encoder);
+        self.queue.submit([encoder.finish()]);
+        self.finite.read();
+    }
+
+    /// How many vertices of earlier frames had no finite place, as far as the GPU has told by now. They have kept their last one.
+    pub fn take_not_finite(&mut self) -> usize {
+        self.finite.take()
+    }
+
+    /// The mesh's level and the one that is solved on.
+    fn levels_of(&self, options: &Options) -> [usize; 2] {
+        let (coarsest, finest) = (*self.levels.start(), *self.levels.end());
+        let level = options.level.clamp(coarsest, finest);
+        [level, options.solve_level.clamp(coarsest, level)]
     }
 
     /// Points whose box holds the figure in `pose`, for shadows and cameras: its vertices stay on the GPU.
@@ -194,13 +244,18 @@ impl GpuAnimator {
             for dispatch in dispatches {
                 cost.dispatches += 1;
                 cost.memory_bytes += dispatch.bytes;
-                for buffer in &dispatch.buffers {
+            }
+        });
+        for level in self.levels.clone() {
+            let options = Options { level, solve_level: level, ..*options };
+            self.for_each_stage(&options, 2, |_, dispatches| {
+                for buffer in dispatches.flat_map(|dispatch| &dispatch.buffers) {
                     if !buffers.contains(buffer) {
                         buffers.push(buffer.clone());
                     }
                 }
-            }
-        });
+            });
+        }
         cost.buffer_bytes = buffers.iter().map(Buffer::size).sum();
         cost
     }
@@ -212,16 +267,21 @@ impl GpuAnimator {
         mut visit: impl FnMut(&'static str, &mut dyn Iterator<Item = &Dispatch>),
     ) {
         let [deformation, base, laplacian, residual, solve, surface] = STAGES;
+        let coarsest = *self.levels.start();
+        let [level, solve_level] = self.levels_of(options);
         if options.stage != Stage::Body {
             visit(deformation, &mut self.deformation.iter());
         }
-        visit(base, &mut self.base.iter());
+        visit(base, &mut std::iter::once(&self.skinning).chain(&self.base[..level]));
         if is_detailed(options) {
-            visit(laplacian, &mut self.laplacian.iter());
-            visit(residual, &mut std::iter::once(&self.residual));
-            visit(solve, &mut self.solver.dispatches(iterations));
+            let deltas = &self.deltas[..solve_level - self.avatar.laplacian.level()];
+            let LevelSolve { residual: of_level, solver } = &self.solves[solve_level - coarsest];
+            let carried = &self.displacement[solve_level - coarsest..level - coarsest];
+            visit(laplacian, &mut self.laplacian.iter().chain(deltas));
+            visit(residual, &mut std::iter::once(of_level));
+            visit(solve, &mut solver.dispatches(iterations).chain(carried));
         }
-        visit(surface, &mut std::iter::once(&self.surface));
+        visit(surface, &mut std::iter::once(&self.surfaces[level - coarsest]));
     }
 }
 
@@ -233,10 +293,10 @@ fn iteration_count(stop: Stop, is_warm: bool) -> u32 {
     }
 }
 
-/// Whether the displacement that was solved for `solved` is a good first guess for `pose`.
-fn is_near((solved, detail): &(Pose, f32), pose: &Pose, options: &Options) -> bool {
+/// Whether what was solved last makes a good first guess for `pose`.
+fn is_near((solved, solved_detail, solved_level): &(Pose, f32, usize), pose: &Pose, detail: f32, level: usize) -> bool {
     let mut pairs = solved.rotations.iter().zip(&pose.rotations);
-    *detail == options.detail && pairs.all(|(a, b)| a.angle_between(*b) <= POSE_JUMP)
+    (*solved_detail, *solved_level) == (detail, level) && pairs.all(|(a, b)| a.angle_between(*b) <= POSE_JUMP)
 }
 
 fn operations(function: &SurfaceFunction, animator: &Animator) -> u64 {

@@ -49,7 +49,8 @@ fn ratio() -> vec4f {
 fn turn(@builtin(global_invocation_id) id: vec3u) {
     let share = ratio();
     if id.x < arrayLength(&x) {
-        x[id.x] = direction[id.x] + share * x[id.x];
+        // Before the first iteration x may hold anything.
+        x[id.x] = direction[id.x] + select(vec4f(), share * x[id.x], share != vec4f());
     }
 }
 

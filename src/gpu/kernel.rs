@@ -64,10 +64,14 @@ impl Kernel {
         self.in_groups([count.div_ceil(WORKGROUP) as u32, 1, 1], buffers)
     }
 
+    /// The same over parts of buffers.
+    pub fn over_ranges(&self, count: usize, bindings: &[(u32, BufferBinding<'_>)]) -> Dispatch {
+        self.with_ranges([count.div_ceil(WORKGROUP) as u32, 1, 1], bindings)
+    }
+
     /// So many workgroups.
     pub fn in_groups(&self, workgroups: [u32; 3], buffers: &[(u32, &Buffer)]) -> Dispatch {
-        let bindings: Vec<_> =
-            buffers.iter().map(|&(number, buffer)| (number, buffer.as_entire_buffer_binding())).collect();
+        let bindings: Vec<_> = buffers.iter().map(|&(number, buffer)| (number, whole(buffer))).collect();
         self.with_ranges(workgroups, &bindings)
     }
 
@@ -99,6 +103,16 @@ impl Dispatch {
         pass.set_bind_group(0, &self.group, &[]);
         pass.dispatch_workgroups(x, y, z);
     }
+}
+
+/// All of a buffer.
+pub(super) fn whole(buffer: &Buffer) -> BufferBinding<'_> {
+    buffer.as_entire_buffer_binding()
+}
+
+/// The first `bytes` of a buffer.
+pub(super) fn front(buffer: &Buffer, bytes: u64) -> BufferBinding<'_> {
+    BufferBinding { buffer, offset: 0, size: BufferSize::new(bytes) }
 }
 
 /// Buffers at bindings 0, 1, 2 …

@@ -54,10 +54,10 @@ impl GpuMultigrid {
         }
     }
 
-    /// correction = M⁻¹ side.
-    pub fn cycle(&self, kernels: &OperatorKernels, side: &Buffer, correction: &Buffer) -> Vec<Dispatch> {
+    /// correction = M⁻¹ side, on the level `first` levels below the finest.
+    pub fn cycle(&self, kernels: &OperatorKernels, first: usize, side: &Buffer, correction: &Buffer) -> Vec<Dispatch> {
         let mut dispatches = Vec::new();
-        self.descend(kernels, &self.levels, side, correction, &mut dispatches);
+        self.descend(kernels, &self.levels[first..], side, correction, &mut dispatches);
         dispatches
     }
 

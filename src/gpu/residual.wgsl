@@ -1,5 +1,5 @@
 // What each row lacks, metres: r = detail (s delta - L u), or detail s delta in the relative form.
-// Twins: `mesh::mixed_voronoi_areas`, `laplacian::row_scales`, `laplacian::apply_topological`.
+// Twins: `mesh::mixed_voronoi_areas`, `laplacian::scale_per_area`, `laplacian::apply_topological`.
 @group(0) @binding(1) var<storage, read> base: array<vec4f>;
 @group(0) @binding(2) var<storage, read> deltas: array<vec4f>;
 @group(0) @binding(3) var<storage, read> corner_offsets: array<u32>;

@@ -1,20 +1,40 @@
 //! The last pass: positions and normals, as the renderer's vertex buffer has them.
 
-use super::kernel::{Dispatch, Shader, numbered};
+use super::kernel::{Dispatch, Kernel, Shader, front, whole};
 use super::topology::GpuCorners;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = concat!(include_str!("frame.wgsl"), include_str!("surface.wgsl"));
 
-/// Writes `vertices` (16 bytes each, see `SurfaceVertex`) from base mesh and displacement.
-pub(super) fn surface(
-    device: &Device,
-    frame: &Buffer,
-    [base, displacement, vertices]: [&Buffer; 3],
-    corners: &GpuCorners,
-    vertex_count: usize,
-) -> Dispatch {
-    let buffers = [frame, base, displacement, &corners.offsets, &corners.corners, vertices];
-    Shader::new(device, "surface", SOURCE).kernel("surface").over(vertex_count, &numbered(buffers))
+/// Bytes of a drawn vertex: see `SurfaceVertex`.
+const VERTEX_BYTES: u64 = 16;
+
+/// Makes drawn vertices of base mesh and displacement.
+pub(super) struct SurfaceKernel(Kernel);
+
+impl SurfaceKernel {
+    pub fn new(device: &Device) -> Self {
+        Self(Shader::new(device, "surface", SOURCE).kernel("surface"))
+    }
+
+    /// Writes the first `vertex_count` of `vertices`, and to `nowhere` how many of them have no place.
+    pub fn dispatch(
+        &self,
+        frame: &Buffer,
+        [base, displacement, vertices, nowhere]: [&Buffer; 4],
+        corners: &GpuCorners,
+        vertex_count: usize,
+    ) -> Dispatch {
+        let bindings = [
+            (0, whole(frame)),
+            (1, whole(base)),
+            (2, whole(displacement)),
+            (3, whole(&corners.offsets)),
+            (4, whole(&corners.corners)),
+            (5, front(vertices, vertex_count as u64 * VERTEX_BYTES)),
+            (6, whole(nowhere)),
+        ];
+        self.0.over_ranges(vertex_count, &bindings)
+    }
 }

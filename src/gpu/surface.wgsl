@@ -6,9 +6,17 @@
 @group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 // xyz are the bits of the position, w an octahedral normal.
 @group(0) @binding(5) var<storage, read_write> vertices: array<vec4u>;
+// Vertices whose place is no number.
+@group(0) @binding(6) var<storage, read_write> nowhere: atomic<u32>;
 
 fn position(k: u32) -> vec3f {
-    return base[k].xyz + frame.displacement_share * displacement[k].xyz;
+    // What a failed solve has left must not spoil the base.
+    return select(base[k].xyz, base[k].xyz + displacement[k].xyz, frame.displacement_share != 0.0);
+}
+
+// By its bits: WGSL lets compilers take for granted that numbers are finite.
+fn is_finite(v: vec3f) -> bool {
+    return all((bitcast<vec3u>(v) & vec3u(0x7f800000u)) != vec3u(0x7f800000u));
 }
 
 fn pack_normal(direction: vec3f) -> u32 {
@@ -33,5 +41,10 @@ fn surface(@builtin(global_invocation_id) id: vec3u) {
         let corner = corners[i];
         normal += cross(position(corner.x) - own, position(corner.y) - own);
     }
-    vertices[k] = vec4u(bitcast<vec3u>(own), pack_normal(normal));
+    // A vertex that is nowhere, or next to one, keeps its last place.
+    if !is_finite(own) {
+        atomicAdd(&nowhere, 1u);
+    } else if is_finite(normal) {
+        vertices[k] = vec4u(bitcast<vec3u>(own), pack_normal(normal));
+    }
 }

@@ -41,7 +41,7 @@ pub fn apply_topological_transposed(
     }
 }
 
-/// s/a = tan α / N with α = π/2 − π/N, of a vertex with N neighbours.
+/// s/a = tan α / N with α = π/2 − π/N, of a vertex with N neighbours: times the mixed Voronoi area a_k, m², it is the scale s_k of row k.
 ///
 /// Below three neighbours the angle is not that of a surface, and the scale is zero.
 pub fn scale_per_area(valence: usize) -> f32 {
@@ -52,21 +52,12 @@ pub fn scale_per_area(valence: usize) -> f32 {
     }
 }
 
-/// s_k = a_k tan α_k / N_k from the mixed Voronoi areas `areas` (m²). Unit m².
-pub fn row_scales(adjacency: &Adjacency, areas: &[f32], scales: &mut [f32]) {
-    let table: [f32; 16] = std::array::from_fn(scale_per_area);
-    for (k, (scale, area)) in scales.iter_mut().zip(areas).enumerate() {
-        let valence = adjacency.valence(k);
-        *scale = area * table.get(valence).copied().unwrap_or_else(|| scale_per_area(valence));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
     use crate::mesh::mixed_voronoi_areas;
     use crate::mesh::test_meshes::{grid, icosphere, noise_vectors, torus};
-    use crate::mesh::{Mesh, Subdivision};
     use glam::{Quat, Vec3};
 
     fn adjacency_of(mesh: &Mesh) -> Adjacency {
@@ -81,10 +72,11 @@ mod tests {
 
     /// δ = L x / s in 1/m.
     fn delta_of(mesh: &Mesh, positions: &[Vec3A]) -> Vec<Vec3A> {
-        let (mut areas, mut scales) = (vec![0.0; positions.len()], vec![0.0; positions.len()]);
+        let mut areas = vec![0.0; positions.len()];
         mixed_voronoi_areas(positions, &mesh.triangles, &mut areas);
-        row_scales(&adjacency_of(mesh), &areas, &mut scales);
-        laplacian_of(mesh, positions).iter().zip(scales).map(|(l, s)| *l / s).collect()
+        let adjacency = adjacency_of(mesh);
+        let rows = laplacian_of(mesh, positions).into_iter().zip(areas).enumerate();
+        rows.map(|(k, (l, area))| l / (area * scale_per_area(adjacency.valence(k)))).collect()
     }
 
     #[test]
@@ -154,25 +146,17 @@ mod tests {
 
     #[test]
     fn scales_of_known_valences() {
-        // A square of two triangles: valences 2 and 3. A subdivided icosahedron: 5 and 6.
-        let square = grid(1, 1);
-        let mut scales = [1.0; 4];
-        row_scales(&adjacency_of(&square), &[2.0; 4], &mut scales);
-        let third = 2.0 / 3.0 / 3f32.sqrt();
-        assert_eq!(scales.map(|s| (s * 1e5).round()), [third, 0.0, 0.0, third].map(|s| (s * 1e5).round()));
-
-        let subdivision = Subdivision::new(12, &icosphere(0).triangles, 1);
-        let mut scales = [0.0; 42];
-        row_scales(&Adjacency::new(42, subdivision.triangles(1)), &[1.0; 42], &mut scales);
-        assert!((scales[0] - 0.275_276).abs() < 1e-5 && (scales[41] - 0.288_675).abs() < 1e-5);
+        assert_eq!([0, 1, 2].map(scale_per_area), [0.0; 3]);
+        for (valence, expected) in [(3, 1.0 / 3.0 / 3f32.sqrt()), (4, 0.25), (5, 0.275_276), (6, 0.288_675)] {
+            assert!((scale_per_area(valence) - expected).abs() < 1e-5, "{valence}");
+        }
     }
 
     #[test]
     fn a_vertex_without_neighbours_has_an_empty_row() {
         let adjacency = Adjacency::new(1, &[]);
-        let (mut out, mut scales) = ([Vec3A::ONE], [1.0]);
+        let mut out = [Vec3A::ONE];
         apply_topological(&adjacency, &[Vec3A::X], &mut out);
-        row_scales(&adjacency, &[0.0], &mut scales);
-        assert_eq!((out, scales), ([Vec3A::ZERO], [0.0]));
+        assert_eq!(out, [Vec3A::ZERO]);
     }
 }

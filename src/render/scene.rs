@@ -67,11 +67,11 @@ impl Scene {
         self.revision = self.revision.wrapping_add(1);
     }
 
-    /// The figure is posed on the GPU, on the finest level; the box of `points` (metres) holds it.
-    pub fn set_outline(&mut self, points: &[Vec3A]) {
+    /// The figure is posed on the GPU, `coarser` levels below the finest; the box of `points` (metres) holds it.
+    pub fn set_outline(&mut self, points: &[Vec3A], coarser: usize) {
         self.bounds = Bounds::of(points);
         self.vertices.clear();
-        self.coarser = 0;
+        self.coarser = coarser;
         self.revision = self.revision.wrapping_add(1);
     }
 

@@ -2,12 +2,12 @@
 
 use super::globals::Globals;
 use super::{shader_sources, webgl2_shader_sources};
-use crate::shader_check::{member_offsets, validate};
+use crate::shader_check::{member_offsets, validate_all};
 use std::mem::offset_of;
 
 #[test]
 fn every_shader_is_valid_at_the_baseline() {
-    let sources = [
+    validate_all(&[
         ("figure", shader_sources::FIGURE),
         ("figure, WebGL2", webgl2_shader_sources::FIGURE),
         ("backdrop", shader_sources::BACKDROP),
@@ -15,12 +15,7 @@ fn every_shader_is_valid_at_the_baseline() {
         ("depth map", shader_sources::DEPTH_MAP),
         ("depth map, WebGL2", webgl2_shader_sources::DEPTH_MAP),
         ("mipmap", shader_sources::MIPMAP),
-    ];
-    for (name, source) in sources {
-        if let Err(message) = validate(source) {
-            panic!("{name}: {message}");
-        }
-    }
+    ]);
 }
 
 #[test]

@@ -30,43 +30,28 @@ impl History {
     /// Sets `d` to the guess for the right side in `residual`, and `residual` to what is left of it.
     pub fn guess(&self, d: &mut [Vec3A], residual: &mut [Vec3A]) {
         let of_same_level = |solution: &&Solution| solution.d.len() == d.len();
-        match (self.latest.as_ref().filter(of_same_level), self.before.as_ref().filter(of_same_level)) {
-            (None, _) => d.fill(Vec3A::ZERO),
-            (Some(latest), None) => {
-                let mut energy = Vec3A::ZERO;
-                let mut wanted = Vec3A::ZERO;
-                for ((u, au), b) in latest.d.iter().zip(&latest.product).zip(&*residual) {
-                    energy += *u * *au;
-                    wanted += *u * *b;
-                }
-                let factor = super::divide(wanted, energy);
-                for (((d, residual), u), au) in d.iter_mut().zip(residual).zip(&latest.d).zip(&latest.product) {
-                    *d = *u * factor;
-                    *residual -= *au * factor;
-                }
-            }
-            (Some(latest), Some(before)) => {
-                // In the basis u (the latest) and v (the last change): two equations for each coordinate.
-                let [mut uau, mut uav, mut vav, mut ub, mut vb] = [Vec3A::ZERO; 5];
-                let rows = latest.d.iter().zip(&latest.product).zip(before.d.iter().zip(&before.product));
-                for (((u, au), (d, ad)), b) in rows.clone().zip(&*residual) {
-                    let (v, av) = (*u - *d, *au - *ad);
-                    uau += *u * *au;
-                    uav += *u * av;
-                    vav += v * av;
-                    ub += *u * *b;
-                    vb += v * *b;
-                }
-                let share = super::divide(uav, uau);
-                let independent = vav - uav * share;
-                let is_independent = independent.cmpgt(vav * LEAST_INDEPENDENCE);
-                let of_change = super::divide(vb - ub * share, Vec3A::select(is_independent, independent, Vec3A::ZERO));
-                let of_latest = super::divide(ub - uav * of_change, uau) + of_change;
-                for ((((u, au), (e, ae)), d), residual) in rows.zip(d).zip(residual) {
-                    *d = *u * of_latest - *e * of_change;
-                    *residual -= *au * of_latest - *ae * of_change;
-                }
-            }
+        let Some(latest) = self.latest.as_ref().filter(of_same_level) else { return d.fill(Vec3A::ZERO) };
+        // Of a single solution there is no change, and the span is its direction.
+        let before = self.before.as_ref().filter(of_same_level).unwrap_or(latest);
+        // In the basis u (the latest) and v (the last change): two equations for each coordinate.
+        let [mut uau, mut uav, mut vav, mut ub, mut vb] = [Vec3A::ZERO; 5];
+        let rows = latest.d.iter().zip(&latest.product).zip(before.d.iter().zip(&before.product));
+        for (((u, au), (d, ad)), b) in rows.clone().zip(&*residual) {
+            let (v, av) = (*u - *d, *au - *ad);
+            uau += *u * *au;
+            uav += *u * av;
+            vav += v * av;
+            ub += *u * *b;
+            vb += v * *b;
+        }
+        let share = super::divide(uav, uau);
+        let independent = vav - uav * share;
+        let is_independent = independent.cmpgt(vav * LEAST_INDEPENDENCE);
+        let of_change = super::divide(vb - ub * share, Vec3A::select(is_independent, independent, Vec3A::ZERO));
+        let of_latest = super::divide(ub - uav * of_change, uau) + of_change;
+        for ((((u, au), (e, ae)), d), residual) in rows.zip(d).zip(residual) {
+            *d = *u * of_latest - *e * of_change;
+            *residual -= *au * of_latest - *ae * of_change;
         }
     }
 

@@ -6,7 +6,7 @@ use crate::localise::{Query, localise};
 use crate::quadratic::fit_quadratics;
 use crease::animate::PosedSurface;
 use crease::avatar::Form;
-use crease::laplacian::{apply_topological, row_scales};
+use crease::laplacian::{apply_topological, scale_per_area};
 use crease::mesh::mixed_voronoi_areas;
 use crease::network::{Scratch, SurfaceFunction};
 use crease::pose_feature::PoseMask;
@@ -114,11 +114,10 @@ pub fn operator_laplacian(context: &TrainContext, base: &[Vec3A], field: &[Vec3A
     let adjacency = &context.finest_adjacency;
     let mut areas = vec![0.0; base.len()];
     mixed_voronoi_areas(base, context.subdivision.triangles(context.level_count()), &mut areas);
-    let mut scales = vec![0.0; base.len()];
-    row_scales(adjacency, &areas, &mut scales);
     let mut laplacian = vec![Vec3A::ZERO; base.len()];
     apply_topological(adjacency, field, &mut laplacian);
-    for (value, scale) in laplacian.iter_mut().zip(scales) {
+    for (k, (value, area)) in laplacian.iter_mut().zip(areas).enumerate() {
+        let scale = area * scale_per_area(adjacency.valence(k));
         *value /= scale.max(LEAST_SCALE);
     }
     laplacian

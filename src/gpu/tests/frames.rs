@@ -33,9 +33,7 @@ impl Both {
     }
 
     fn on_gpu(&mut self, pose: &Pose, options: &Options) -> Vec<Vec3A> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.animator.animate(&mut encoder, pose, options, None);
-        self.gpu.queue.submit([encoder.finish()]);
+        self.animator.animate(pose, options, None);
         self.gpu.run([], &self.vertices)
     }
 
@@ -43,8 +41,10 @@ impl Both {
         self.cpu.animate(pose, options).to_vec()
     }
 
+    /// The largest distance between the two, on the level that the options ask for.
     fn error(&mut self, pose: &Pose, options: &Options) -> f32 {
-        largest_distance(&self.on_gpu(pose, options), &self.on_cpu(pose, options))
+        let expected = self.on_cpu(pose, options);
+        largest_distance(&self.on_gpu(pose, options)[..expected.len()], &expected)
     }
 }
 
@@ -86,14 +86,56 @@ fn every_stage_agrees_with_the_cpu() {
 #[test]
 fn normals_agree_with_the_cpu() {
     let mut both = Both::new(compact_avatar());
-    both.on_gpu(&bent_pose(), &Options::default());
-    let packed: Vec<[u32; 4]> = both.gpu.read(&both.vertices);
-    let found: Vec<Vec3A> = packed.iter().map(|vertex| unpack_normal(vertex[3])).collect();
-    let positions = both.on_cpu(&bent_pose(), &Options::default());
-    let mut normals = positions.clone();
-    vertex_normals(&positions, both.cpu.triangles(), &mut normals);
-    let error = largest_distance(&found, &normals);
-    assert!(error < 5e-3, "{error}");
+    for level in both.cpu.levels() {
+        let options = Options { level, ..Options::default() };
+        both.on_gpu(&bent_pose(), &options);
+        let packed: Vec<[u32; 4]> = both.gpu.read(&both.vertices);
+        let positions = both.on_cpu(&bent_pose(), &options);
+        let found: Vec<Vec3A> = packed[..positions.len()].iter().map(|vertex| unpack_normal(vertex[3])).collect();
+        let mut normals = positions.clone();
+        vertex_normals(&positions, both.cpu.subdivision().triangles(level), &mut normals);
+        let error = largest_distance(&found, &normals);
+        assert!(error < 5e-3, "level {level}: {error}");
+    }
+}
+
+#[test]
+fn coarser_levels_agree_with_the_cpu() {
+    let mut both = Both::new(compact_avatar());
+    let (coarsest, finest) = both.cpu.levels().into_inner();
+    assert!(coarsest < finest, "the fixture has a coarser level");
+    for (level, solve_level) in [(finest, coarsest), (coarsest, coarsest), (coarsest, finest)] {
+        for stage in [Stage::Body, Stage::Base, Stage::Detailed] {
+            let error = both.error(&bent_pose(), &Options { stage, level, solve_level, ..Options::default() });
+            assert!(error < TOLERANCE, "{stage:?} on {level}, solved on {solve_level}: {error} m");
+        }
+    }
+    let finer = both.on_cpu(&bent_pose(), &Options::default());
+    let coarser = both.on_gpu(&bent_pose(), &Options { solve_level: coarsest, ..Options::default() });
+    let apart = largest_distance(&finer, &coarser);
+    assert!(apart > 2.0 * TOLERANCE, "the levels differ, and the test would notice: {apart} m");
+}
+
+#[test]
+fn what_is_not_finite_is_counted_and_never_shown() {
+    let mut both = Both::new(compact_avatar());
+    let good = both.on_gpu(&bent_pose(), &Options::default());
+    let warm = Options { warm_start: true, ..Options::default() };
+    let shown = both.on_gpu(&bent_pose(), &Options { detail: f32::INFINITY, ..warm });
+    assert!(shown.iter().all(|position| position.is_finite()), "the last places stay");
+    assert_eq!(both.animator.take_not_finite(), good.len(), "all were lost");
+    // The failed solve is no guess, nor does it spoil the base.
+    let error = both.error(&bent_pose(), &Options { detail: f32::INFINITY, stage: Stage::Base, ..warm });
+    assert!(error < 2e-6, "{error} m");
+    both.on_gpu(&bent_pose(), &Options { detail: f32::INFINITY, ..warm });
+    for detail in [1.0, 2.0] {
+        let error = both.error(&bent_pose(), &Options { detail, ..warm });
+        assert!(error < TOLERANCE, "{error} m");
+    }
+    both.on_gpu(&bent_pose(), &warm);
+    both.animator.take_not_finite();
+    both.on_gpu(&bent_pose(), &warm);
+    assert_eq!(both.animator.take_not_finite(), 0, "told once");
 }
 
 #[test]
@@ -144,9 +186,7 @@ fn cost_is_counted() {
 fn stages_are_timed_where_the_adapter_can() {
     let mut both = Both::new(compact_avatar());
     let Some(mut timestamps) = Timestamps::new(&both.gpu.device, &both.gpu.queue) else { return };
-    let mut encoder = both.gpu.device.create_command_encoder(&Default::default());
-    both.animator.animate(&mut encoder, &bent_pose(), &Options::default(), Some(&mut timestamps));
-    both.gpu.queue.submit([encoder.finish()]);
+    both.animator.animate(&bent_pose(), &Options::default(), Some(&mut timestamps));
     let (sender, receiver) = std::sync::mpsc::channel();
     timestamps.read(move |times| sender.send(times).unwrap());
     both.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();

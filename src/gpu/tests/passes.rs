@@ -1,16 +1,18 @@
 //! Passes from pose to residual, and the last one. Tolerances are shares of the largest value unless they say otherwise.
 
 use super::super::frame::Frame;
-use super::super::kernel::{Dispatch, uniform_of};
+use super::super::kernel::{Dispatch, storage, uniform_of};
+use super::super::residual::ResidualKernel;
 use super::super::sparse::{GpuMatrix, SparseKernels, stencils};
+use super::super::surface::SurfaceKernel;
 use super::super::topology::{GpuCorners, GpuRings};
-use super::super::{compact, perceptron, residual, rotation, skinning, surface};
+use super::super::{compact, perceptron, rotation, skinning};
 use super::{Gpu, gpu, largest_distance, size};
 use crate::animate::{Animator, Options, PosedSurface, Stage};
 use crate::avatar::{Avatar, Form};
 use crate::body::Pose;
 use crate::fixture::{bent_pose, compact_avatar, plain_avatar};
-use crate::laplacian::{apply_topological, row_scales};
+use crate::laplacian::{apply_topological, scale_per_area};
 use crate::mesh::test_meshes::noise_vectors;
 use crate::mesh::{Adjacency, Scheme, mixed_voronoi_areas, vertex_normals};
 use crate::network::{Compact, Domain, Layer, Mlp, Scratch, SurfaceFunction};
@@ -187,19 +189,17 @@ fn row_residual_of_both_forms() {
         let options = Options { detail: 1.5, ..Options::default() };
         let triangles = animator.triangles();
         let adjacency = Adjacency::new(base.len(), triangles);
-        let (mut areas, mut scales) = (vec![0.0; base.len()], vec![0.0; base.len()]);
+        let mut areas = vec![0.0; base.len()];
         mixed_voronoi_areas(&base, triangles, &mut areas);
-        row_scales(&adjacency, &areas, &mut scales);
         let mut expected = vec![Vec3A::ZERO; base.len()];
         if avatar.form == Form::Absolute {
             apply_topological(&adjacency, &base, &mut expected);
         }
-        for ((row, delta), scale) in expected.iter_mut().zip(&deltas).zip(&scales) {
-            *row = options.detail * (*scale * *delta - *row);
+        for (k, ((row, delta), area)) in expected.iter_mut().zip(&deltas).zip(&areas).enumerate() {
+            *row = options.detail * (area * scale_per_area(adjacency.valence(k)) * *delta - *row);
         }
         let out = gpu.empty(base.len());
-        let dispatch = residual::row_residual(
-            &gpu.device,
+        let dispatch = ResidualKernel::new(&gpu.device).dispatch(
             &frame_of(gpu, avatar, &bent_pose(), &options),
             [&gpu.vectors(&base), &gpu.vectors(&deltas), &out],
             &GpuCorners::new(&gpu.device, base.len(), subdivision.triangles(2)),
@@ -224,8 +224,9 @@ fn surface_with_and_without_displacement() {
         let mut normals = expected.clone();
         vertex_normals(&expected, animator.triangles(), &mut normals);
         let vertices = gpu.vertices(base.len());
-        let buffers = [&gpu.vectors(&base), &gpu.vectors(&displacement), &vertices];
-        let dispatch = surface::surface(&gpu.device, &frame, buffers, &corners, base.len());
+        let nowhere = storage(&gpu.device, "nowhere", size_of::<u32>());
+        let buffers = [&gpu.vectors(&base), &gpu.vectors(&displacement), &vertices, &nowhere];
+        let dispatch = SurfaceKernel::new(&gpu.device).dispatch(&frame, buffers, &corners, base.len());
         assert_close(&gpu.run([&dispatch], &vertices), &expected, ROUNDING, "positions");
         let packed: Vec<[u32; 4]> = gpu.read(&vertices);
         let found: Vec<Vec3A> = packed.iter().map(|vertex| unpack_normal(vertex[3])).collect();

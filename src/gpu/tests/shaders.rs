@@ -2,19 +2,20 @@
 
 use super::super::frame::{Frame, Joint};
 use super::super::{
-    coarse_solve, compact, conjugate_gradients, normal_operator, perceptron, residual, rotation, skinning, sparse,
-    surface,
+    coarse_solve, compact, conjugate_gradients, history, normal_operator, perceptron, residual, rotation, skinning,
+    sparse, surface,
 };
-use crate::shader_check::{member_offsets, validate, validate_with};
+use crate::shader_check::{member_offsets, validate, validate_all, validate_with};
 use naga::valid::Capabilities;
 use std::mem::offset_of;
 
 #[test]
 fn every_shader_is_valid_at_the_baseline() {
-    let sources = [
+    validate_all(&[
         ("coarse solve", coarse_solve::SOURCE),
         ("compact", compact::SOURCE),
         ("conjugate gradients", conjugate_gradients::SOURCE),
+        ("history", history::SOURCE),
         ("normal operator", normal_operator::SOURCE),
         ("perceptron", perceptron::SINGLE_SOURCE),
         ("residual", residual::SOURCE),
@@ -22,12 +23,7 @@ fn every_shader_is_valid_at_the_baseline() {
         ("skinning", skinning::SOURCE),
         ("sparse", sparse::SOURCE),
         ("surface", surface::SOURCE),
-    ];
-    for (name, source) in sources {
-        if let Err(message) = validate(source) {
-            panic!("{name}: {message}");
-        }
-    }
+    ]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The solver's passes. Tolerances are shares of the largest value.
 
 use super::super::coarse_solve::GpuCoarseSolve;
-use super::super::conjugate_gradients::GpuSolver;
+use super::super::conjugate_gradients::{GpuSolver, GpuSolvers};
 use super::super::inverse_factor::{InverseFactor, NONE};
 use super::super::multigrid::GpuMultigrid;
 use super::super::normal_operator::{GpuOperator, OperatorKernels};
@@ -13,6 +13,7 @@ use crate::mesh::test_meshes::{grid, icosphere, noise_vectors};
 use crate::solver::{CoarseFactor, Solver, Start, Stop};
 use glam::Vec3A;
 use std::sync::Arc;
+use wgpu::Buffer;
 
 /// A closed mesh, an open one, and one without subdivision.
 fn cases() -> Vec<(Subdivision, Solver)> {
@@ -118,58 +119,92 @@ fn multigrid() {
         let expected = solver.precondition(&r).to_vec();
         let z = gpu.empty(r.len());
         let multigrid = GpuMultigrid::new(&gpu.device, &solver, &subdivision);
-        let cycle = multigrid.cycle(&OperatorKernels::new(&gpu.device), &gpu.vectors(&r), &z);
+        let cycle = multigrid.cycle(&OperatorKernels::new(&gpu.device), 0, &gpu.vectors(&r), &z);
         assert_close(&gpu.run(&cycle, &z), &expected, 2e-3, "V-cycle");
     }
 }
 
-/// What the GPU finds from `r` and a first guess.
-fn solve(
-    gpu: &Gpu,
-    subdivision: &Subdivision,
-    solver: &Solver,
-    r: &[Vec3A],
-    guess: &[Vec3A],
-    count: u32,
-) -> Vec<Vec3A> {
-    let (row_residual, displacement) = (gpu.vectors(r), gpu.vectors(guess));
-    let solve = GpuSolver::new(&gpu.device, solver, subdivision, &row_residual, &displacement);
-    gpu.run(solve.dispatches(count), &displacement)
+/// A solve on `level` in buffers of its own.
+struct Solve {
+    gpu: &'static Gpu,
+    row_residual: Buffer,
+    displacement: Buffer,
+    solver: GpuSolver,
+}
+
+impl Solve {
+    fn new(subdivision: &Subdivision, solver: &Solver, level: usize) -> Self {
+        let (gpu, count) = (gpu(), subdivision.vertex_count(level));
+        let (row_residual, displacement) = (gpu.empty(count), gpu.empty(count));
+        let solvers = GpuSolvers::new(&gpu.device, solver, subdivision);
+        let solver = solvers.on_level(&gpu.device, level, count, &row_residual, &displacement);
+        Self { gpu, row_residual, displacement, solver }
+    }
+
+    /// What the GPU finds from `r` and from what it solved before.
+    fn run(&self, r: &[Vec3A], iterations: u32) -> Vec<Vec3A> {
+        let padded: Vec<[f32; 4]> = r.iter().map(|value| value.extend(0.0).to_array()).collect();
+        self.gpu.queue.write_buffer(&self.row_residual, 0, bytemuck::cast_slice(&padded));
+        self.gpu.run(self.solver.dispatches(iterations), &self.displacement)
+    }
 }
 
 #[test]
 fn conjugate_gradients() {
-    let gpu = gpu();
     for (subdivision, mut solver) in cases() {
         let finest = subdivision.level_count();
-        let r = noise_vectors(subdivision.vertex_count(finest), 7);
-        let zero = vec![Vec3A::ZERO; r.len()];
-        let mut exact = zero.clone();
-        solver.solve(finest, &r, &mut exact, Start::Base, Stop::Iterations(40));
-        let mut errors = vec![];
-        for count in [1, 2, 8] {
-            let found = solve(gpu, &subdivision, &solver, &r, &zero, count);
-            let mut expected = zero.clone();
-            solver.solve(finest, &r, &mut expected, Start::Base, Stop::Iterations(count));
-            errors.push([&found, &expected].map(|x| largest_distance(x, &exact) / size(&exact)));
+        for level in solver.coarsest_level()..=finest {
+            let r = noise_vectors(subdivision.vertex_count(level), 7);
+            let zero = vec![Vec3A::ZERO; r.len()];
+            let mut exact = zero.clone();
+            solver.solve(level, &r, &mut exact, Start::Base, Stop::Iterations(40));
+            let mut errors = vec![];
+            for count in [1, 2, 8] {
+                let found = Solve::new(&subdivision, &solver, level).run(&r, count);
+                let mut expected = zero.clone();
+                solver.solve(level, &r, &mut expected, Start::Base, Stop::Iterations(count));
+                errors.push([&found, &expected].map(|x| largest_distance(x, &exact) / size(&exact)));
+            }
+            // Half precision at the bottom bends the way there a little, and costs no iteration.
+            for [found, expected] in &errors {
+                assert!(*found < 1.5 * expected + 3e-5, "{errors:?}");
+            }
+            assert!(errors[0][0] > 2.0 * errors[2][0], "the test would notice: {errors:?}");
         }
-        // Half precision at the bottom bends the way there a little, and costs no iteration.
-        for [found, expected] in &errors {
-            assert!(*found < 1.5 * expected + 3e-5, "{errors:?}");
+    }
+}
+
+#[test]
+fn history() {
+    for (subdivision, mut solver) in cases() {
+        let finest = subdivision.level_count();
+        let solve = Solve::new(&subdivision, &solver, finest);
+        let [first, second] = [7, 8].map(|seed| noise_vectors(subdivision.vertex_count(finest), seed));
+        let mixed = |share: f32| -> Vec<Vec3A> { first.iter().zip(&second).map(|(a, b)| a.lerp(*b, share)).collect() };
+        let mut expected = first.clone();
+        // Without iterations the guess alone is seen: of one solution, then of two, in whose span that of a mixture lies.
+        for (time, (share, iterations)) in
+            [(0.0, 12), (0.3, 0), (0.3, 12), (0.5, 12), (-1.0, 0), (0.1, 12)].into_iter().enumerate()
+        {
+            let r = mixed(share);
+            let start = if time == 0 { Start::Base } else { Start::Earlier };
+            solver.solve(finest, &r, &mut expected, start, Stop::Iterations(iterations));
+            let error = largest_distance(&solve.run(&r, iterations), &expected);
+            assert!(error < 1e-3 * size(&expected), "{time}: {error} of {}", size(&expected));
         }
-        assert!(errors[0][0] > 2.0 * errors[2][0], "the test would notice: {errors:?}");
-        let nearly: Vec<Vec3A> = exact.iter().map(|d| 0.98 * *d).collect();
-        let warm = solve(gpu, &subdivision, &solver, &r, &nearly, 2);
-        let warm = largest_distance(&warm, &exact) / size(&exact);
-        assert!(warm < 0.1 * errors[1][0] + 2e-5, "a first guess helps: {warm} after {errors:?}");
+        // A good guess leaves hardly anything to do; it was two solves ago that the same was solved.
+        let exact = expected.clone();
+        let error = largest_distance(&solve.run(&mixed(0.1), 0), &exact);
+        assert!(error < 1e-3 * size(&exact), "{error}");
+        let other = largest_distance(&solve.run(&mixed(0.9), 0), &exact);
+        assert!(other > 0.1 * size(&exact), "another right side is told apart: {other}");
     }
 }
 
 #[test]
 fn no_residual_is_no_displacement() {
-    let gpu = gpu();
     for (subdivision, solver) in cases() {
         let zero = vec![Vec3A::ZERO; subdivision.vertex_count(subdivision.level_count())];
-        assert_eq!(solve(gpu, &subdivision, &solver, &zero, &zero, 3), zero);
+        assert_eq!(Solve::new(&subdivision, &solver, subdivision.level_count()).run(&zero, 3), zero);
     }
 }

@@ -137,7 +137,7 @@ pub fn runs() -> Vec<Vec<u8>> {
 
 pub fn checkpoints() -> Vec<Vec<u8>> {
     let vectors = vec![Vec3A::new(0.1, 0.2, 0.3); 3].to_bytes();
-    let target = Target { canonical: Vec3A::X, mask: Default::default(), delta: Vec3A::Y, weight: 1.0 };
+    let target = Target { canonical: Vec3A::X, mask: Default::default(), value: Vec3A::Y, weight: 1.0 };
     let targets = vec![target; 2].to_bytes();
     [vectors, targets, vec![]].iter().map(|result| Record { inputs: Fingerprint([7; 32]), result }.write()).collect()
 }

@@ -1,12 +1,14 @@
-//! What the number of basis functions buys and costs, and what plain networks of the paper's size cost beside it.
+//! What the number of basis functions buys and costs, and plain networks beside it.
 
 use crate::appearance::bake;
 use crate::compact::{CompactDeformation, CompactLaplacian};
 use crate::context::TrainContext;
 use crate::evaluate::{Evaluation, Measures, evaluate};
 use crate::options::TrainOptions;
+use crate::plain::{FittedDeformation, FittedLaplacian};
 use crate::sequence::Sequence;
 use crate::train::{Facts, assemble};
+use anyhow::Context;
 use crease::avatar::Avatar;
 use crease::body::Pose;
 use crease::encoding::PositionalEncoding;
@@ -20,7 +22,7 @@ use std::time::Instant;
 /// One line of the comparison.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Row {
-    /// `compact`, or `plain` with its widths.
+    /// `compact`, or `plain` with its layers and widths.
     pub form: String,
     /// K of the narrow parts of f_d and f_l; none for networks.
     pub basis_count: Option<usize>,
@@ -32,66 +34,83 @@ pub struct Row {
     pub evaluation: Option<Evaluation>,
 }
 
-/// Trains `context`'s compact form with each of `basis_counts`, the base's fits shared, and measures on `frames` of `sequence`. The last row
-/// is an avatar with untrained networks of the paper's widths: its size and cost do not depend on the weights.
+/// Fits `context`'s scans once, makes the compact form of the fits with each of `basis_counts` and plain networks as `context.options` say
+/// (unless they have no epochs), and measures all on `frames` of `sequence`. Each row is given to `each_row` as it is done. The last one is
+/// an avatar with untrained networks of the paper's widths: its size and cost do not depend on the weights.
 pub fn compact_against_plain(
     context: &mut TrainContext,
     basis_counts: &[usize],
     sequence: &Sequence,
     frames: &[usize],
+    mut each_row: impl FnMut(&Row),
 ) -> anyhow::Result<Vec<Row>> {
     let facts = Facts { name: sequence.name.clone(), preset: "compact".into(), ..Facts::default() };
     let pose = context.pose(context.samples[0]).clone();
-    let offsets = CompactDeformation.fit(context)?;
-    let mut appearance = None;
     let mut rows = Vec::new();
-    let mut last = None;
-    for &basis_count in basis_counts {
-        context.options.compact.deformation.narrow.basis_count = basis_count;
-        context.options.compact.laplacian.narrow.basis_count = basis_count;
-        let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets));
-        let targets = CompactLaplacian.fit(context, &deformation)?;
-        let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &targets));
-        if appearance.is_none() {
-            appearance = Some(bake(context, &deformation)?);
-        }
-        let avatar = assemble(context, &facts, deformation, laplacian, appearance.clone().expect("baked"))?;
+    let mut add = |row: Row| {
+        each_row(&row);
+        rows.push(row);
+    };
+    let measured = |form: String, basis_count: Option<usize>, avatar: Avatar| -> anyhow::Result<Row> {
         let bytes = avatar.write();
         let avatar = Avatar::read(&bytes, &facts.name)?;
-        rows.push(Row {
-            form: "compact".into(),
-            basis_count: Some(basis_count),
+        Ok(Row {
+            form,
+            basis_count,
             bytes: bytes.len(),
             frame_ms: frame_ms(&avatar, &pose),
-            evaluation: Some(evaluate(Arc::new(avatar.clone()), sequence, frames, || ())?),
-        });
-        last = Some(avatar);
+            evaluation: Some(evaluate(Arc::new(avatar), sequence, frames, || ())?),
+        })
+    };
+
+    let largest = *basis_counts.iter().max().context("counts: expected at least one, found none")?;
+    let offsets = CompactDeformation.fit(context)?;
+    set_basis_count(context, largest);
+    let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets));
+    let surfaces = CompactLaplacian.fit_surfaces(context, &deformation)?;
+    let appearance = bake(context, &deformation)?;
+    for &basis_count in basis_counts {
+        set_basis_count(context, basis_count);
+        let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets));
+        let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
+        let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &deltas));
+        let avatar = assemble(context, &facts, deformation, laplacian, appearance.clone())?;
+        add(measured("compact".into(), Some(basis_count), avatar)?);
     }
-    rows.extend(last.map(|avatar| plain_row(avatar, &pose)));
+    if context.options.deformation.network.epoch_count > 0 {
+        let deformation = SurfaceFunction::Mlp(FittedDeformation.regress(context, &offsets)?);
+        let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
+        let laplacian = SurfaceFunction::Mlp(FittedLaplacian.regress(context, &deltas)?);
+        let avatar = assemble(context, &facts, deformation, laplacian, appearance.clone())?;
+        add(measured(plain_form(&context.options), None, avatar)?);
+    }
+    let [deformation, laplacian] = networks_of_the_papers_widths(context.level_count() as u32);
+    let avatar = assemble(context, &facts, deformation, laplacian, appearance)?;
+    add(Row {
+        form: plain_form(&TrainOptions::paper()),
+        basis_count: None,
+        bytes: avatar.write().len(),
+        frame_ms: frame_ms(&avatar, &pose),
+        evaluation: None,
+    });
     Ok(rows)
 }
 
-/// The same avatar with networks of the paper's widths.
-fn plain_row(avatar: Avatar, pose: &Pose) -> Row {
+fn set_basis_count(context: &mut TrainContext, basis_count: usize) {
+    context.options.compact.deformation.narrow.basis_count = basis_count;
+    context.options.compact.laplacian.narrow.basis_count = basis_count;
+}
+
+fn plain_form(options: &TrainOptions) -> String {
+    let (base, detail) = (&options.deformation.network, &options.laplacian.network);
+    format!("plain {} × {}, {} × {}", base.layer_count, base.width, detail.layer_count, detail.width)
+}
+
+fn networks_of_the_papers_widths(finest: u32) -> [SurfaceFunction; 2] {
     let paper = TrainOptions::paper();
-    let (base, detail) = (&paper.deformation.network, &paper.laplacian.network);
-    let plain = Avatar {
-        deformation: SurfaceFunction::Mlp(random_network(0, base.layer_count, base.width, paper.frequency_count)),
-        laplacian: SurfaceFunction::Mlp(random_network(
-            avatar.level_count,
-            detail.layer_count,
-            detail.width,
-            paper.frequency_count,
-        )),
-        ..avatar
-    };
-    Row {
-        form: format!("plain {} × {}, {} × {}", base.layer_count, base.width, detail.layer_count, detail.width),
-        basis_count: None,
-        bytes: plain.write().len(),
-        frame_ms: frame_ms(&plain, pose),
-        evaluation: None,
-    }
+    [(0, paper.deformation.network), (finest, paper.laplacian.network)].map(|(level, network)| {
+        SurfaceFunction::Mlp(random_network(level, network.layer_count, network.width, paper.frequency_count))
+    })
 }
 
 fn random_network(level: u32, layer_count: usize, width: usize, frequency_count: u32) -> Mlp {
@@ -124,19 +143,21 @@ fn frame_ms(avatar: &Avatar, pose: &Pose) -> f64 {
 
 /// The rows as a table for people, in Markdown.
 pub fn table(rows: &[Row]) -> String {
-    let mut text = String::from(
-        "| form | K | MB | f_d + f_l, ms | base, cm / cm / NC | detailed, cm / cm / NC |\n|---|---|---|---|---|---|\n",
-    );
-    let measures = |m: Measures| format!("{:.3} / {:.3} / {:.4}", m.scan_to_mesh_cm, m.mesh_to_scan_cm, m.nc);
-    for row in rows {
-        let basis_count = row.basis_count.map_or("".into(), |count| count.to_string());
-        let [base, detailed] = match &row.evaluation {
+    let head =
+        "| form | K | MB | f_d + f_l, ms | base, cm / cm / NC | detailed, cm / cm / NC |\n|---|---|---|---|---|---|\n";
+    rows.iter().map(Row::line).fold(head.into(), |text, line| text + &line)
+}
+
+impl Row {
+    /// The row's line of [`table`].
+    pub fn line(&self) -> String {
+        let measures = |m: Measures| format!("{:.3} / {:.3} / {:.4}", m.scan_to_mesh_cm, m.mesh_to_scan_cm, m.nc);
+        let basis_count = self.basis_count.map_or("".into(), |count| count.to_string());
+        let [base, detailed] = match &self.evaluation {
             Some(evaluation) => [measures(evaluation.base), measures(evaluation.detailed)],
             None => ["not trained".into(), "not trained".into()],
         };
-        let megabytes = row.bytes as f64 / 1e6;
-        text +=
-            &format!("| {} | {basis_count} | {megabytes:.2} | {:.2} | {base} | {detailed} |\n", row.form, row.frame_ms);
+        let megabytes = self.bytes as f64 / 1e6;
+        format!("| {} | {basis_count} | {megabytes:.2} | {:.2} | {base} | {detailed} |\n", self.form, self.frame_ms)
     }
-    text
 }

@@ -15,23 +15,23 @@ use glam::{Mat3A, Vec3A};
 /// Row scales below this belong to degenerate triangles, m².
 const LEAST_SCALE: f32 = 1e-12;
 
-/// One training pair of f_l.
+/// One training pair of a surface function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Q on the canonical body, metres.
     pub canonical: Vec3A,
     /// Mask of θ̄.
     pub mask: PoseMask,
-    /// δ in the canonical frame, 1/m.
-    pub delta: Vec3A,
+    /// What the function should say, in the canonical frame: δ of f_l in 1/m, or the offset of f_d in metres.
+    pub value: Vec3A,
     /// μ.
     pub weight: f32,
 }
 
 impl Keep for Vec<Target> {
-    /// Q, mask, δ and μ of each target: 32 bytes.
+    /// Q, mask, value and μ of each target: 32 bytes.
     fn to_bytes(&self) -> Vec<u8> {
-        let numbers = |Target { canonical: q, mask, delta: d, weight }: &Target| {
+        let numbers = |Target { canonical: q, mask, value: d, weight }: &Target| {
             let [qx, qy, qz, dx, dy, dz, weight] = [q.x, q.y, q.z, d.x, d.y, d.z, *weight].map(f32::to_bits);
             [qx, qy, qz, mask.0, dx, dy, dz, weight]
         };
@@ -47,7 +47,7 @@ impl Keep for Vec<Target> {
         let target = |w: [u32; 8]| Target {
             canonical: vector(&w[..3]),
             mask: PoseMask(w[3]),
-            delta: vector(&w[4..7]),
+            value: vector(&w[4..7]),
             weight: f32::from_bits(w[7]),
         };
         Some(targets.iter().map(|bytes| target(words(bytes))).collect())
@@ -82,8 +82,8 @@ pub fn quadratic_targets(
         let (surface, fit) = (surface.as_ref()?, fit.as_ref()?);
         let query = Query::at(surface, triangles, &context.domains[level], rotations);
         let own = base_laplacian.as_ref().map_or(Vec3A::ZERO, |values| surface.interpolate(triangles, values));
-        let delta = query.posed_from_canonical.inverse() * (fit.laplacian - own);
-        delta.is_finite().then_some(Target { canonical: query.canonical, mask: query.mask, delta, weight: 1.0 })
+        let value = query.posed_from_canonical.inverse() * (fit.laplacian - own);
+        value.is_finite().then_some(Target { canonical: query.canonical, mask: query.mask, value, weight: 1.0 })
     });
     Ok(targets.collect())
 }

@@ -4,7 +4,7 @@ use crate::appearance::bake;
 use crate::compact::{CompactDeformation, CompactLaplacian};
 use crate::context::{DeformationTrainer, LaplacianTrainer, TrainContext};
 use crate::options::{FunctionForm, LaplacianTarget};
-use crate::plain::{PlainDeformation, PlainLaplacian};
+use crate::plain::{FittedDeformation, FittedLaplacian, PlainDeformation, PlainLaplacian};
 use anyhow::bail;
 use crease::avatar::{Appearance, Avatar};
 use crease::network::SurfaceFunction;
@@ -66,12 +66,13 @@ pub fn assemble(
 fn strategies(context: &TrainContext) -> anyhow::Result<(Box<dyn DeformationTrainer>, Box<dyn LaplacianTrainer>)> {
     Ok(match (context.options.function, context.options.target) {
         (FunctionForm::Plain, LaplacianTarget::Quadratic) => (Box::new(PlainDeformation), Box::new(PlainLaplacian)),
+        (FunctionForm::Plain, LaplacianTarget::Operator) => (Box::new(FittedDeformation), Box::new(FittedLaplacian)),
         (FunctionForm::Compact, LaplacianTarget::Operator) => {
             (Box::new(CompactDeformation), Box::new(CompactLaplacian))
         }
-        (function, target) => bail!(
-            "options: expected function plain with target quadratic or function compact with target operator, found {function:?} with {target:?}"
-        ),
+        (FunctionForm::Compact, LaplacianTarget::Quadratic) => {
+            bail!("options: target: expected operator where function is compact, found quadratic")
+        }
     })
 }
 

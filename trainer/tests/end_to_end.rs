@@ -10,7 +10,7 @@ use crease::network::SurfaceFunction;
 use crease_trainer::ablation::{compact_against_plain, table};
 use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::evaluate::evaluate;
-use crease_trainer::options::{NetworkOptions, TrainOptions};
+use crease_trainer::options::{FunctionForm, LaplacianTarget, NetworkOptions, TrainOptions};
 use crease_trainer::plain::{PlainDeformation, PlainLaplacian};
 use crease_trainer::progress::Progress;
 use crease_trainer::sequence::Sequence;
@@ -103,14 +103,42 @@ fn more_basis_functions_cost_bytes_and_networks_cost_most() {
     options.anchor_count = 200;
     options.texture_size = 64;
     options.compact.deformation.wide.basis_count = 0;
+    for network in [&mut options.deformation.network, &mut options.laplacian.network] {
+        (network.width, network.epoch_count, network.learning_rate) = (32, 60, 5e-3);
+    }
+    options.frequency_count = 4;
+    options.laplacian.points_a_step = 500;
     let mut context = context(&directory, options);
     let sequence = context.sequences[0].clone();
-    let rows = compact_against_plain(&mut context, &[1, 2], &sequence, &[1]).unwrap();
-    assert_eq!(rows.len(), 3);
-    assert!(rows[0].bytes < rows[1].bytes && rows[1].bytes < rows[2].bytes, "{rows:?}");
-    assert!(rows[1].evaluation.is_some() && rows[2].evaluation.is_none());
+    let mut seen = 0;
+    let rows = compact_against_plain(&mut context, &[1, 2], &sequence, &[1], |_| seen += 1).unwrap();
+    assert_eq!((rows.len(), seen), (4, 4));
+    assert!(rows[0].bytes < rows[1].bytes && rows[1].bytes < rows[3].bytes, "{rows:?}");
+    let [two, plain] = [&rows[1], &rows[2]].map(|row| row.evaluation.unwrap());
+    assert!(plain.base.scan_to_mesh_cm < 0.4 * plain.body.scan_to_mesh_cm, "networks learn the fits: {plain:?}");
+    assert!(plain.detailed.scan_to_mesh_cm < 3.0 * two.detailed.scan_to_mesh_cm, "{plain:?} {two:?}");
+    assert!(rows[3].evaluation.is_none());
     let text = table(&rows);
-    assert!(text.lines().count() == 5 && text.contains("plain 5 × 600, 3 × 800"), "{text}");
+    assert!(text.lines().count() == 6 && text.contains("plain 5 × 600, 3 × 800"), "{text}");
+}
+
+#[test]
+fn plain_networks_learn_operator_laplacians_and_tables_need_them() {
+    let directory = Directory::new("fitted");
+    let mut options = TrainOptions { function: FunctionForm::Plain, ..TrainOptions::compact() };
+    options.deformation.network = NetworkOptions { layer_count: 3, width: 16, learning_rate: 5e-3, epoch_count: 2 };
+    options.laplacian.network = options.deformation.network.clone();
+    options.texture_size = 64;
+    let mut context = context(&directory, options);
+    let facts = Facts { name: "bumpy".into(), ..Facts::default() };
+    let avatar = train(&context, &facts).unwrap();
+    assert!(matches!(avatar.deformation, SurfaceFunction::Mlp(_)));
+    let SurfaceFunction::Mlp(laplacian) = &avatar.laplacian else { panic!("a network was asked for") };
+    assert_eq!(laplacian.level, 1, "the level of the tables");
+    context.options.function = FunctionForm::Compact;
+    context.options.target = LaplacianTarget::Quadratic;
+    let message = train(&context, &facts).unwrap_err().to_string();
+    assert!(message.contains("target: expected operator"), "{message}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `crease ablate`.
 
 use clap::{Args, ValueEnum};
-use crease_trainer::ablation::{compact_against_plain, table};
+use crease_trainer::ablation::{Row, compact_against_plain, table};
 use crease_trainer::config::{ChosenFrames, RunConfig};
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
@@ -9,6 +9,14 @@ use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
 use serde_json::json;
 use std::path::PathBuf;
+
+/// Plain networks that a processor trains in minutes; `--set` changes them, and without epochs none are trained.
+const NETWORKS: [&str; 4] = [
+    "deformation.network.width=128",
+    "deformation.network.epoch_count=30",
+    "laplacian.network.width=192",
+    "laplacian.network.epoch_count=12",
+];
 
 #[derive(Args)]
 pub struct Arguments {
@@ -42,19 +50,21 @@ pub enum Subject {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Subject::Compact = arguments.what;
-    let start = TrainOptions::compact();
+    let networks = NETWORKS.iter().copied();
+    let assignments: Vec<&str> = networks.chain(arguments.assignments.iter().map(String::as_str)).collect();
     let config = RunConfig {
         output: PathBuf::new(),
         body: None,
         name: None,
         preset: "compact".into(),
         sequences: vec![ChosenFrames { directory: arguments.sequence.clone(), frames: arguments.train }],
-        options: arguments.assignments.iter().try_fold(start, |options, assignment| options.with(assignment))?,
+        options: assignments.into_iter().try_fold(TrainOptions::compact(), |options, text| options.with(text))?,
     };
     let mut context = config.prepare(Progress::Bars)?;
     let sequence = context.sequences[0].clone();
     let frames = arguments.test.indices(sequence.frame_count)?;
-    let rows = compact_against_plain(&mut context, &arguments.counts, &sequence, &frames)?;
+    let report = |row: &Row| eprint!("{}", row.line());
+    let rows = compact_against_plain(&mut context, &arguments.counts, &sequence, &frames, report)?;
     print!("{}", table(&rows));
     if let Some(path) = &arguments.output {
         let record = json!({

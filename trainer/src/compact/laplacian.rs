@@ -29,20 +29,36 @@ impl LaplacianTrainer for CompactLaplacian {
 impl CompactLaplacian {
     /// Canonical δ of every training frame on the level of f_l's tables, 1/m.
     pub fn fit(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<Vec<Vec<Vec3A>>> {
-        let level = context.options.compact.laplacian_level as usize;
-        let bar = context.progress.bar("fitting the detail", context.samples.len());
-        context
-            .samples
-            .par_iter()
-            .map(|&sample| {
-                let base = offsets(context, deformation, sample);
-                let inputs = context.frame_ingredients("detail", sample)?.points(&base).finish();
-                let fit = || fitted_laplacian(context, deformation, sample, level);
-                let target = context.checkpoint.remember(&sample.name("detail"), inputs, fit);
-                bar.advance(1);
-                target
+        each_sample(context, "fitting the detail", |index| {
+            let sample = context.samples[index];
+            let base = offsets(context, deformation, sample);
+            let inputs = context.frame_ingredients("detail", sample)?.points(&base).finish();
+            context.checkpoint.remember(&sample.name("detail"), inputs, || {
+                let surface = fitted_surface(context, deformation, sample)?;
+                Ok(laplacian(context, deformation, sample, &surface))
             })
-            .collect()
+        })
+    }
+
+    /// The finest mesh fitted to the scan of every training frame, metres, from the base that `deformation` gives.
+    pub fn fit_surfaces(
+        &self,
+        context: &TrainContext,
+        deformation: &SurfaceFunction,
+    ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+        each_sample(context, "fitting the detail", |index| fitted_surface(context, deformation, context.samples[index]))
+    }
+
+    /// What [`Self::fit`] gives where `surfaces` have been fitted already, maybe from another base.
+    pub fn measure(
+        &self,
+        context: &TrainContext,
+        deformation: &SurfaceFunction,
+        surfaces: &[Vec<Vec3A>],
+    ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+        each_sample(context, "measuring the detail", |index| {
+            Ok(laplacian(context, deformation, context.samples[index], &surfaces[index]))
+        })
     }
 
     /// f_l from the δ that [`Self::fit`] gives.
@@ -58,43 +74,56 @@ impl CompactLaplacian {
     }
 }
 
-/// Canonical δ on the vertices of `level` for one training frame.
-fn fitted_laplacian(
+/// A field for every training frame, in parallel.
+fn each_sample(
     context: &TrainContext,
-    deformation: &SurfaceFunction,
-    sample: Sample,
-    level: usize,
-) -> anyhow::Result<Vec<Vec3A>> {
-    let options = &context.options;
-    let subdivision = &context.subdivision;
-    let finest = subdivision.level_count();
-    let scan = PreparedScan::new(context, sample)?;
-    let mut surface = base_surface(context, deformation, sample);
-    let base = surface.finest().to_vec();
-    let fitted = fit_surface(
-        subdivision,
-        &context.finest_adjacency,
-        options.scheme,
-        finest,
-        &base,
-        &base,
-        &scan.oriented(),
-        &options.compact.detail_fit,
-    )?;
-
-    let wanted = match options.form {
-        Form::Absolute => fitted,
-        Form::Relative => fitted.iter().zip(&base).map(|(&fitted, &base)| fitted - base).collect(),
+    title: &str,
+    field: impl Fn(usize) -> anyhow::Result<Vec<Vec3A>> + Sync,
+) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+    let bar = context.progress.bar(title, context.samples.len());
+    let done = |index| {
+        let field = field(index);
+        bar.advance(1);
+        field
     };
-    let mut delta = operator_laplacian(context, &base, &wanted);
+    (0..context.samples.len()).into_par_iter().map(done).collect()
+}
+
+/// The finest mesh fitted to the scan of one training frame.
+fn fitted_surface(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample) -> anyhow::Result<Vec<Vec3A>> {
+    let scan = PreparedScan::new(context, sample)?;
+    let surface = base_surface(context, deformation, sample);
+    fit_surface(
+        &context.subdivision,
+        &context.finest_adjacency,
+        context.options.scheme,
+        context.level_count(),
+        surface.finest(),
+        surface.finest(),
+        &scan.oriented(),
+        &context.options.compact.detail_fit,
+    )
+}
+
+/// Canonical δ on the level of f_l's tables: what takes the base of one training frame to the `fitted` mesh.
+fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample, fitted: &[Vec3A]) -> Vec<Vec3A> {
+    let options = &context.options;
+    let level = options.compact.laplacian_level as usize;
+    let mut surface = base_surface(context, deformation, sample);
+    let base = surface.finest();
+    let wanted = match options.form {
+        Form::Absolute => fitted.to_vec(),
+        Form::Relative => fitted.iter().zip(base).map(|(&fitted, &base)| fitted - base).collect(),
+    };
+    let mut delta = operator_laplacian(context, base, &wanted);
     for delta in &mut delta {
         *delta = delta.clamp_length_max(options.compact.clamp);
     }
     let mut coarse = coarsen(&context.subdivision, level, &delta);
-    for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(subdivision, level)) {
+    for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
         *delta = rotation.inverse() * *delta;
     }
-    Ok(coarse)
+    coarse
 }
 
 /// The field on `level` whose Loop refinement is closest to `field` on the finest level.

@@ -46,11 +46,8 @@ impl PlainDeformation {
         let device = training_device(context.options.device)?;
         let encoding = PositionalEncoding { frequency_count: context.options.frequency_count };
         let features = Features::new(encoding, context.rig.parents.len());
-        let frames: Vec<TrainingFrame> = context
-            .samples
-            .iter()
-            .map(|&sample| read_frame(context, features, sample))
-            .collect::<anyhow::Result<_>>()?;
+        let frames: Vec<TrainingFrame> =
+            context.samples.iter().map(|&sample| read_frame(context, sample)).collect::<anyhow::Result<_>>()?;
         let weights = Weights {
             regulariser: options.regulariser_weight,
             anchor: options.anchor_weight,
@@ -67,6 +64,7 @@ impl PlainDeformation {
             seed: context.options.seed,
             item_count: frames.len(),
             items_a_step: options.frames_a_step,
+            rate: |_| 1.0,
         };
         let step = |network: &Network, batch: &[u32], generator: &mut Pcg64Mcg| {
             let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames[index as usize]).collect();
@@ -99,7 +97,7 @@ fn inputs(context: &TrainContext) -> anyhow::Result<Fingerprint> {
     Ok(all.finish())
 }
 
-fn read_frame(context: &TrainContext, features: Features, sample: Sample) -> anyhow::Result<TrainingFrame> {
+fn read_frame(context: &TrainContext, sample: Sample) -> anyhow::Result<TrainingFrame> {
     let pose = context.pose(sample);
     let points = context.scan(sample)?.points;
     let mut surface = PosedSurface::new(&context.subdivision);
@@ -116,7 +114,7 @@ fn read_frame(context: &TrainContext, features: Features, sample: Sample) -> any
         scan: Scan::new(points.clone(), vec![1.0; points.len()]),
         body: surface.positions(0).to_vec(),
         posed_from_canonical: surface.rotations(&context.subdivision, 0).to_vec(),
-        axis_angles: features.axis_angles(pose),
+        axis_angles: Features::axis_angles(pose),
     })
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Descent<'a> {
     pub item_count: usize,
     /// How many of them a step takes.
     pub items_a_step: usize,
+    /// The learning rate as a share of the first, from the share of all steps that are done.
+    pub rate: fn(f64) -> f64,
 }
 
 impl Descent<'_> {
@@ -64,7 +66,10 @@ impl Descent<'_> {
             let batch = &state.order[state.position.done..end];
             let total = energy(&state.network, batch, &mut state.generator)?;
             let gradients = GradientsParams::from_grads(total.backward(), &state.network);
-            state.network = state.optimiser.step(self.options.learning_rate, state.network, gradients);
+            let all = (epoch_count * state.order.len()) as f64;
+            let done = (state.position.epoch * state.order.len() + state.position.done) as f64 / all;
+            let learning_rate = self.options.learning_rate * (self.rate)(done);
+            state.network = state.optimiser.step(learning_rate, state.network, gradients);
             state.position.sum += scalar(total) * batch.len() as f32;
             state.position.done = end;
             if end == state.order.len() {

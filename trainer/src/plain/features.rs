@@ -24,7 +24,7 @@ impl Features {
     }
 
     /// θ: three numbers a joint, radians.
-    pub(super) fn axis_angles(self, pose: &Pose) -> Vec<[f32; 3]> {
+    pub(super) fn axis_angles(pose: &Pose) -> Vec<[f32; 3]> {
         pose.rotations.iter().map(|&rotation| axis_angle_from_quat(rotation).to_array()).collect()
     }
 

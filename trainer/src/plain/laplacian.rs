@@ -1,20 +1,11 @@
 //! f_l as a multilayer perceptron (paper, Neural surface Laplacian function).
 
-use super::descent::Descent;
-use super::features::Features;
-use super::network::Network;
-use super::training_device;
-use crate::checkpoint::{Fingerprint, Keep};
+use super::regression::{Pairs, Regression};
 use crate::context::{LaplacianTrainer, TrainContext};
-use crate::targets::{Target, offsets, quadratic_targets};
-use anyhow::ensure;
-use burn::tensor::{Device, Tensor, TensorData};
-use crease::encoding::PositionalEncoding;
+use crate::targets::{offsets, quadratic_targets};
 use crease::network::{Mlp, SurfaceFunction};
-use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 
-/// Trains f_l by gradient descent on E_l.
+/// Trains f_l by gradient descent on E_l, with quadratic fits at scan points.
 pub struct PlainLaplacian;
 
 impl LaplacianTrainer for PlainLaplacian {
@@ -23,160 +14,29 @@ impl LaplacianTrainer for PlainLaplacian {
     }
 }
 
-/// Training pairs of all frames.
-struct Pairs {
-    targets: Vec<Target>,
-    /// Index into `poses` for each target.
-    frames: Vec<u32>,
-    poses: Vec<Vec<[f32; 3]>>,
-}
-
 impl PlainLaplacian {
     /// The trained network, and the mean of E_l (of standardised targets) over each epoch.
     pub fn fit(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<(Mlp, Vec<f32>)> {
-        let options = &context.options.laplacian;
-        let device = training_device(context.options.device)?;
-        let encoding = PositionalEncoding { frequency_count: context.options.frequency_count };
-        let features = Features::new(encoding, context.rig.parents.len());
-        let pairs = gather_pairs(context, deformation, features)?;
-        let scale = root_mean_square(&pairs.targets);
-        ensure!(scale > 0.0, "training pairs of f_l: expected points of the scans near the base mesh, found none");
-
-        let descent = Descent {
-            name: "laplacian",
-            title: "training the detail",
-            inputs: pairs.inputs(context),
-            options: &options.network,
-            input_count: features.length(),
-            // A seed of its own, so that f_l does not depend on how many numbers f_d drew.
-            seed: context.options.seed.wrapping_add(1),
-            item_count: pairs.targets.len(),
-            items_a_step: options.points_a_step,
-        };
-        let step = |network: &Network, batch: &[u32], _: &mut Pcg64Mcg| {
-            Ok(energy(network.forward(pairs.input(batch, features, &device)), &pairs.of(batch), scale))
-        };
-        let (network, history) = descent.run(context, &device, step, |mean| format!("E_l {mean:.4}"))?;
-        Ok((network.export(context.level_count(), encoding, scale), history))
-    }
-}
-
-/// E_l: the mean of μ |prediction − δ / `scale`|² over a batch (paper Eq. PDD).
-///
-/// δ is in the canonical frame: where the blended matrix is a rotation, as it is away from joints, the length of the difference is that in
-/// the posed frame.
-fn energy(prediction: Tensor<2>, batch: &[&Target], scale: f32) -> Tensor<1> {
-    let device = prediction.device();
-    let count = batch.len();
-    let wanted: Vec<f32> = batch.iter().flat_map(|target| (target.delta / scale).to_array()).collect();
-    let wanted = Tensor::<2>::from_data(TensorData::new(wanted, [count, 3]), &device);
-    let weights: Vec<f32> = batch.iter().map(|target| target.weight / count as f32).collect();
-    let weights = Tensor::<2>::from_data(TensorData::new(weights, [count, 1]), &device);
-    ((prediction - wanted).square() * weights).sum()
-}
-
-fn gather_pairs(context: &TrainContext, deformation: &SurfaceFunction, features: Features) -> anyhow::Result<Pairs> {
-    let bar = context.progress.bar("measuring Laplacians", context.samples.len());
-    let mut pairs = Pairs { targets: Vec::new(), frames: Vec::new(), poses: Vec::new() };
-    for &sample in &context.samples {
-        let inputs =
-            context.frame_ingredients("targets", sample)?.points(&offsets(context, deformation, sample)).finish();
-        let measure = || quadratic_targets(context, deformation, sample);
-        let targets = context.checkpoint.remember(&sample.name("targets"), inputs, measure)?;
-        pairs.frames.extend(vec![pairs.poses.len() as u32; targets.len()]);
-        pairs.targets.extend(targets);
-        pairs.poses.push(features.axis_angles(context.pose(sample)));
-        bar.advance(1);
-    }
-    Ok(pairs)
-}
-
-impl Pairs {
-    /// Everything that training on them depends on.
-    fn inputs(&self, context: &TrainContext) -> Fingerprint {
-        let ingredients = context.ingredients("laplacian").value(&(&self.frames, &self.poses));
-        ingredients.bytes(&self.targets.to_bytes()).finish()
-    }
-
-    fn of(&self, batch: &[u32]) -> Vec<&Target> {
-        batch.iter().map(|&index| &self.targets[index as usize]).collect()
-    }
-
-    fn input(&self, batch: &[u32], features: Features, device: &Device) -> Tensor<2> {
-        let length = features.length();
-        let mut input = vec![0.0; batch.len() * length];
-        input.par_chunks_exact_mut(length).zip(batch).for_each(|(row, &index)| {
-            let target = &self.targets[index as usize];
-            let pose = &self.poses[self.frames[index as usize] as usize];
-            features.fill(target.canonical, target.mask, pose, row);
-        });
-        Tensor::from_data(TensorData::new(input, [batch.len(), length]), device)
-    }
-}
-
-/// Of the components of δ, 1/m.
-fn root_mean_square(targets: &[Target]) -> f32 {
-    let sum: f64 = targets.iter().map(|target| f64::from(target.delta.length_squared())).sum();
-    (sum / (3 * targets.len()).max(1) as f64).sqrt() as f32
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::options::ComputeDevice;
-    use crate::plain::{numbers, scalar};
-    use crate::sampling::random_points;
-    use crease::pose_feature::PoseMask;
-    use glam::Vec3A;
-
-    fn targets() -> Vec<Target> {
-        let target = |(i, delta): (usize, Vec3A)| Target {
-            canonical: Vec3A::ZERO,
-            mask: PoseMask(0),
-            delta: delta * 10.0,
-            weight: 0.5 + i as f32,
-        };
-        random_points(4, 1.0, 1).into_iter().enumerate().map(target).collect()
-    }
-
-    #[test]
-    fn the_energy_is_the_weighted_mean_of_squares_and_its_gradient_agrees() {
-        let targets = targets();
-        let batch: Vec<&Target> = targets.iter().collect();
-        let device = training_device(ComputeDevice::Cpu).unwrap();
-        let prediction = random_points(4, 1.0, 2);
-        let value = |prediction: &[Vec3A]| {
-            let flat: Vec<f32> = prediction.iter().flat_map(|p| p.to_array()).collect();
-            let tensor = Tensor::<2>::from_data(TensorData::new(flat, [4, 3]), &device).require_grad();
-            let total = energy(tensor.clone(), &batch, 10.0);
-            let gradients = total.backward();
-            (scalar(total), numbers(tensor.grad(&gradients).unwrap()))
-        };
-        let (total, gradient) = value(&prediction);
-        let expected: f32 = prediction
-            .iter()
-            .zip(&targets)
-            .map(|(p, t)| t.weight * (*p - t.delta / 10.0).length_squared())
-            .sum::<f32>()
-            / 4.0;
-        assert!((total - expected).abs() < 1e-5);
-        for (row, axis) in [(0, 0), (1, 2), (3, 1)] {
-            let [below, above] = [-1e-2, 1e-2].map(|step| {
-                let mut moved = prediction.clone();
-                moved[row][axis] += step;
-                value(&moved).0
-            });
-            let difference = (above - below) / 2e-2;
-            assert!((gradient[3 * row + axis] - difference).abs() < 1e-3, "{difference}");
+        let bar = context.progress.bar("measuring Laplacians", context.samples.len());
+        let mut pairs = Pairs::default();
+        for &sample in &context.samples {
+            let base = offsets(context, deformation, sample);
+            let inputs = context.frame_ingredients("targets", sample)?.points(&base).finish();
+            let measure = || quadratic_targets(context, deformation, sample);
+            pairs.push(context.pose(sample), context.checkpoint.remember(&sample.name("targets"), inputs, measure)?);
+            bar.advance(1);
         }
-    }
-
-    #[test]
-    fn the_scale_standardises() {
-        let targets = targets();
-        let scale = root_mean_square(&targets);
-        let sum: f32 = targets.iter().map(|target| (target.delta / scale).length_squared()).sum();
-        assert!((sum / 12.0 - 1.0).abs() < 1e-5);
-        assert_eq!(root_mean_square(&[]), 0.0);
+        pairs.regress(
+            context,
+            Regression {
+                name: "laplacian",
+                title: "training the detail",
+                level: context.level_count(),
+                network: &context.options.laplacian.network,
+                // A seed of its own, so that f_l does not depend on how many numbers f_d drew.
+                seed: context.options.seed.wrapping_add(1),
+                rate: |_| 1.0,
+            },
+        )
     }
 }

@@ -4,11 +4,14 @@ mod deformation;
 mod descent;
 mod energy;
 mod features;
+mod fitted;
 mod gather;
 mod laplacian;
 mod network;
+mod regression;
 
 pub use deformation::PlainDeformation;
+pub use fitted::{FittedDeformation, FittedLaplacian};
 pub use laplacian::PlainLaplacian;
 
 use crate::options::ComputeDevice;

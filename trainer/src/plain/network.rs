@@ -95,7 +95,7 @@ mod tests {
             let crease::network::SurfaceFunction::Mlp(mlp) = function else { panic!("{name} is plain") };
             let domain = &animator.domains()[function.level()];
             let features = Features::new(mlp.encoding, pose.rotations.len());
-            let (angles, length) = (features.axis_angles(&pose), features.length());
+            let (angles, length) = (Features::axis_angles(&pose), features.length());
             let mut rows = vec![0.0; length * domain.canonical.len()];
             for (i, row) in rows.chunks_exact_mut(length).enumerate() {
                 features.fill(domain.canonical[i], domain.masks[i], &angles, row);
@@ -133,7 +133,7 @@ mod tests {
         let rows: Vec<f32> = (0..70)
             .flat_map(|i| {
                 let mut row = vec![0.0; features.length()];
-                features.fill(domain.canonical[i], domain.masks[i], &features.axis_angles(&pose), &mut row);
+                features.fill(domain.canonical[i], domain.masks[i], &Features::axis_angles(&pose), &mut row);
                 row
             })
             .collect();

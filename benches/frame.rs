@@ -7,6 +7,8 @@ use crease::avatar::Avatar;
 use crease::laplacian::apply_topological;
 use crease::mesh::{Adjacency, Scheme, Subdivision, vertex_normals};
 use crease::motion::Motion;
+use crease::network::{Compact, SurfaceFunction};
+use crease::player::{Player, QUALITY_LEVELS};
 use crease::solver::{CoarseFactor, Solver, Start, Stop};
 use criterion::{Criterion, criterion_group, criterion_main};
 use faer::prelude::Solve;
@@ -44,13 +46,39 @@ fn dance() -> Motion {
     Motion::read(&read(&asset("motions/dance_a.pkl")), "dance_a.pkl", Some(RATE)).expect("the demo's motion")
 }
 
-/// The avatar with its base subdivided `level_count` times.
+/// The avatar with its base subdivided `level_count` times. Where f_l stands on a finer level, its values there are dropped.
 fn subdivided(mut avatar: Avatar, level_count: u32) -> Avatar {
     avatar.level_count = level_count;
+    if let SurfaceFunction::Compact(tables) = &mut avatar.laplacian
+        && tables.level > level_count
+    {
+        let levels = Subdivision::new(avatar.rig.rest.len(), &avatar.triangles, level_count as usize);
+        *tables = coarsened(tables, level_count, levels.vertex_count(level_count as usize) as u32);
+    }
     let subdivision = Subdivision::new(avatar.rig.rest.len(), &avatar.triangles, level_count as usize);
     avatar.anchors.retain(|&anchor| (anchor as usize) < subdivision.vertex_count(level_count as usize));
     avatar.factor = CoarseFactor::new(&subdivision, &avatar.anchors, avatar.anchor_weight);
     avatar
+}
+
+/// The rows of the first `vertex_count` vertices, which are those of the coarser `level`.
+fn coarsened(tables: &Compact, level: u32, vertex_count: u32) -> Compact {
+    let mut coarse = Compact { level, row_vertices: vec![], mean: vec![], basis: vec![], ..tables.clone() };
+    let mut basis = tables.basis.as_slice();
+    for region in &mut coarse.regions {
+        let (first, row_length) = (coarse.row_vertices.len() as u32, 3 * region.basis_count as usize);
+        for row in region.rows.0 as usize..region.rows.1 as usize {
+            let (of_row, rest) = basis.split_at(row_length);
+            basis = rest;
+            if tables.row_vertices[row] < vertex_count {
+                coarse.row_vertices.push(tables.row_vertices[row]);
+                coarse.mean.extend_from_slice(&tables.mean[3 * row..3 * row + 3]);
+                coarse.basis.extend_from_slice(of_row);
+            }
+        }
+        region.rows = (first, coarse.row_vertices.len() as u32);
+    }
+    coarse
 }
 
 /// Plays the dance and measures the time of what `is_counted` selects in each frame.
@@ -105,7 +133,20 @@ fn frames(criterion: &mut Criterion) {
             bencher.iter_custom(|count| play(&mut animator, options, count, |_| true));
         });
     }
-    for level_count in [1, 2, 3] {
+    criterion.bench_function("frame/from the base", |bencher| {
+        let cold = Options { warm_start: false, ..options };
+        bencher.iter_custom(|count| play(&mut animator, cold, count, |_| true));
+    });
+    for (index, level) in QUALITY_LEVELS.iter().enumerate() {
+        let mut player = Player::new(shared.clone()).expect("the avatar is valid");
+        player.set_motions(vec![dance()], 0.0).expect("the demo's motion fits");
+        player.set_quality(Some(index));
+        player.clock.play();
+        criterion.bench_function(&format!("quality/{}", level.name), |bencher| {
+            bencher.iter(|| black_box(player.advance(1.0 / f64::from(RATE), &mut |_| ()).expect("finite").is_some()));
+        });
+    }
+    for level_count in [0, 1, 2, 3] {
         let mut animator = Animator::new(Arc::new(subdivided((*shared).clone(), level_count))).expect("still valid");
         let name = format!("scaling/{} vertices", animator.subdivision().vertex_count(level_count as usize));
         criterion.bench_function(&name, |bencher| {

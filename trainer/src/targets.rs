@@ -132,7 +132,7 @@ mod tests {
         let target = |x: f32| Target {
             canonical: Vec3A::new(x, -0.0, 0.1),
             mask: PoseMask(0b1010),
-            delta: Vec3A::new(0.3, x, 300.0),
+            value: Vec3A::new(0.3, x, 300.0),
             weight: 0.7,
         };
         let targets = vec![target(1.0), target(f32::MIN_POSITIVE)];

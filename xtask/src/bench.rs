@@ -157,14 +157,16 @@ fn pages(figures: &mut Figures) -> Result<()> {
             for (part, milliseconds) in statistics["partMilliseconds"].as_object().into_iter().flatten() {
                 figures.put(&format!("frame_ms_wasm_{part}"), milliseconds.clone());
             }
+            figures.put("iterations_wasm", statistics["iterations"].clone());
             figures.put("wasm_memory_bytes", statistics["memoryBytes"].clone());
             figures.put("first_frame_ms", statistics["firstFrameMilliseconds"].clone());
         }
     }
-    for count in [2, 4, 8] {
+    for count in [1, 2, 4, 8] {
         let statistics =
             check::statistics(Path::new(PAGE), &format!("?backend=webgpu%2Bcpu&count={count}"), FRAMES / 4)?;
         figures.put(&format!("frame_ms_page_{count}_avatars"), statistics["frameMilliseconds"].clone());
+        figures.put(&format!("pose_ms_page_{count}_avatars"), statistics["poseMilliseconds"].clone());
     }
     Ok(())
 }

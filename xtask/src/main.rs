@@ -10,6 +10,7 @@ mod files;
 mod fuzz;
 mod http;
 mod lint;
+mod loss;
 mod package;
 mod picture;
 mod play;

@@ -18,6 +18,10 @@ const PAGE: &str = "tests/pages/still.html";
 /// Pictures of the same pose differ by no more than this on average, of 255. Measured: 6e-5 on the fixture.
 const LARGEST_DIFFERENCE: f64 = 0.1;
 
+/// Names of the levels of quality, best first, and how far the picture of each may be from that of the one before, of 255: where quality
+/// changes in mid-play nobody should see it.
+const QUALITIES: [(&str, f64); 5] = [("best", 0.0), ("high", 0.1), ("medium", 0.5), ("low", 1.0), ("lowest", 1.5)];
+
 const LIMIT_SECONDS: u32 = 120;
 
 /// The moment that is drawn, seconds: the fixture is in the middle of the picture.
@@ -50,36 +54,60 @@ pub fn run() -> Result<()> {
         require_content(&expected.picture)?;
         for backend in ["webgl2+cpu", "webgpu"] {
             let found = take(avatar, backend, MOMENT, false)?;
-            let difference = require_alike(&expected.picture, &found.picture)
+            let difference = require_alike(&expected.picture, &found.picture, LARGEST_DIFFERENCE)
                 .with_context(|| format!("{avatar}: {backend} against webgpu+cpu"))?;
             eprintln!("   {avatar}: {backend} and webgpu+cpu differ by {difference:.6} of 255");
         }
+    }
+    for backend in ["webgpu", "webgpu+cpu"] {
+        compare_qualities(backend)?;
     }
     let [avatar, plain] = AVATARS;
     for backend in ["webgpu+cpu", "webgl2+cpu"] {
         let before = take(avatar, backend, MOMENT, false)?;
         let after = take(avatar, backend, MOMENT, true)?;
         ensure!(after.seconds == before.seconds, "{} s before the loss, {} s after", before.seconds, after.seconds);
-        require_alike(&before.picture, &after.picture).with_context(|| format!("{backend}, rebuilt"))?;
+        require_alike(&before.picture, &after.picture, LARGEST_DIFFERENCE)
+            .with_context(|| format!("{backend}, rebuilt"))?;
         for (avatar, moment) in [(avatar, OTHER_MOMENT), (plain, MOMENT)] {
             let other = take(avatar, backend, moment, false)?;
-            ensure!(require_alike(&before.picture, &other.picture).is_err(), "different pictures count as alike");
+            let alike = require_alike(&before.picture, &other.picture, QUALITIES[QUALITIES.len() - 1].1);
+            ensure!(alike.is_err(), "different pictures count as alike");
         }
     }
     Ok(())
 }
 
-fn require_alike(a: &Picture, b: &Picture) -> Result<f64> {
+/// Draws the first fixture at every level of quality: neighbours look alike.
+fn compare_qualities(backend: &str) -> Result<()> {
+    let mut better: Option<Picture> = None;
+    for (quality, largest) in QUALITIES {
+        let still = take_with(AVATARS[0], backend, MOMENT, &format!("&quality={quality}"), false)?;
+        if let Some(better) = better {
+            let difference = require_alike(&better, &still.picture, largest)
+                .with_context(|| format!("{backend}: quality {quality} against the level above it"))?;
+            eprintln!("   {backend}: quality {quality} and the level above it differ by {difference:.3} of 255");
+        }
+        better = Some(still.picture);
+    }
+    Ok(())
+}
+
+fn require_alike(a: &Picture, b: &Picture, largest: f64) -> Result<f64> {
     let difference = mean_absolute_difference(a, b)?;
     ensure!(
-        difference <= LARGEST_DIFFERENCE,
-        "the pictures differ by {difference:.3} of 255 on average, expected at most {LARGEST_DIFFERENCE}"
+        difference <= largest,
+        "the pictures differ by {difference:.3} of 255 on average, expected at most {largest}"
     );
     Ok(difference)
 }
 
 fn take(avatar: &str, backend: &str, moment: f64, lose_device: bool) -> Result<Still> {
-    let query = format!("avatar={avatar}&backend={}&time={moment}", backend.replace('+', "%2B"));
+    take_with(avatar, backend, moment, "", lose_device)
+}
+
+fn take_with(avatar: &str, backend: &str, moment: f64, more: &str, lose_device: bool) -> Result<Still> {
+    let query = format!("avatar={avatar}&backend={}&time={moment}{more}", backend.replace('+', "%2B"));
     let still = still(Browser::Chromium, &query, &workspace::wasm_target().join("still.png"), lose_device)?;
     ensure!(still.backend == backend, "asked for {backend}, the page runs {}", still.backend);
     Ok(still)

@@ -9,7 +9,7 @@ use crate::browser::Browser;
 use crate::site::Site;
 use crate::toolchain::Toolchain;
 use crate::{
-    browser, check, command, element, files, lint, package, progress, samples, setup, stills, wasm, workspace,
+    browser, check, command, element, files, lint, loss, package, progress, samples, setup, stills, wasm, workspace,
 };
 
 /// The small page on which the whole way from pose to pixels is checked.
@@ -34,6 +34,7 @@ pub fn run() -> Result<()> {
     progress::aloud("end-to-end page", end_to_end)?;
     progress::aloud("end-to-end page in Firefox", in_firefox)?;
     progress::aloud("pictures through every backend", stills::run)?;
+    progress::aloud("devices lost in mid-play", loss::run)?;
     progress::aloud("npm package", package::make)?;
     progress::aloud("sample projects", samples::check_all)?;
     eprintln!("Everything passed.");

@@ -115,20 +115,31 @@ impl Player {
     }
 
     /// Replaces the motions, played one after the other, and starts them from the beginning; none goes back to the rest pose. While time
-    /// runs, what was shown fades into what comes, and neighbours fade into each other, over `crossfade` seconds.
-    pub fn set_motions(&mut self, motions: Vec<Motion>, crossfade: f64) -> Result<(), JointCountError> {
+    /// runs, what was shown fades into what comes.
+    pub fn set_motions(&mut self, motions: Vec<Motion>) -> Result<(), JointCountError> {
         for motion in &motions {
             check_joints(motion, self.avatar.rig.parents.len())?;
         }
         let before = self.clock.running().then(|| self.pose());
-        let timeline = Timeline::new(motions, crossfade);
+        let timeline = Timeline::new(motions, self.source.crossfade());
         self.clock.set_duration(timeline.as_ref().map_or(0.0, Timeline::duration));
         self.source.set_timeline(timeline);
-        self.source.set_crossfade(crossfade);
         if let Some(before) = before {
             self.source.fade_from(before);
         }
         Ok(())
+    }
+
+    /// Seconds over which a motion fades into the next one; 0 cuts. The moment that is shown stays as nearly as it can.
+    pub fn set_crossfade(&mut self, seconds: f64) {
+        self.source.set_crossfade(seconds);
+        if let Some(timeline) = self.source.take_timeline() {
+            let moment = self.clock.seconds();
+            let timeline = Timeline::new(timeline.into_motions(), self.source.crossfade());
+            self.clock.set_duration(timeline.as_ref().map_or(0.0, Timeline::duration));
+            self.clock.seek(moment);
+            self.source.set_timeline(timeline);
+        }
     }
 
     /// The motions.
@@ -491,7 +502,8 @@ mod tests {
     #[cfg(feature = "factor")]
     fn an_exact_frame_is_the_same_whatever_was_before() {
         let mut player = fixture();
-        player.set_motions(vec![turning()], 0.3).unwrap();
+        player.set_crossfade(0.3);
+        player.set_motions(vec![turning()]).unwrap();
         player.show_exactly(0.5);
         let first = advance(&mut player, 0.0).unwrap().unwrap().positions.to_vec();
         player.clock.play();
@@ -507,7 +519,8 @@ mod tests {
     #[cfg(feature = "factor")]
     fn a_loop_fades_over_its_seam_only_while_it_plays() {
         let mut player = fixture();
-        player.set_motions(vec![turning()], 0.4).unwrap();
+        player.set_crossfade(0.4);
+        player.set_motions(vec![turning()]).unwrap();
         player.clock.set_looping(true);
         player.seek(0.95);
         player.clock.play();
@@ -521,9 +534,21 @@ mod tests {
 
     #[test]
     #[cfg(feature = "factor")]
+    fn another_crossfade_keeps_the_moment() {
+        let mut player = fixture();
+        player.set_motions(vec![turning(), turning()]).unwrap();
+        assert!((player.clock.duration() - 2.0).abs() < 1e-6);
+        player.seek(0.3);
+        player.set_crossfade(0.4);
+        assert!((player.clock.duration() - 1.6).abs() < 1e-6);
+        assert_eq!(player.clock.seconds(), 0.3);
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
     fn a_live_pose_takes_the_place_of_the_motion_and_must_fit_the_skeleton() {
         let mut player = fixture();
-        player.set_motions(vec![turning()], 0.0).unwrap();
+        player.set_motions(vec![turning()]).unwrap();
         player.clock.play();
         let joints = player.avatar().rig.parents.len();
         let mut numbers = vec![0.0; 3 * joints];

@@ -262,7 +262,8 @@ fn play(bytes: &[u8]) -> Result<()> {
                     Motion { poses, frames_per_second, notes: Vec::new() }
                 };
                 let motions = counts.into_iter().filter(|count| count % 6 > 0).map(&mut motion).collect();
-                player.set_motions(motions, crossfade).expect("the motions fit");
+                player.set_crossfade(crossfade);
+                player.set_motions(motions).expect("the motions fit");
             }
             Call::Live(false, _) => player.set_live_pose(None, None).expect("the motions fit"),
             Call::Live(true, translation) => {
@@ -279,7 +280,7 @@ fn play(bytes: &[u8]) -> Result<()> {
             Call::ForeignMotion(joints) => {
                 let poses = vec![Pose::rest(usize::from(joints))];
                 let motion = Motion { poses, frames_per_second: 30.0, notes: Vec::new() };
-                assert_eq!(player.set_motions(vec![motion], 0.0).is_ok(), usize::from(joints) == JOINT_COUNT);
+                assert_eq!(player.set_motions(vec![motion]).is_ok(), usize::from(joints) == JOINT_COUNT);
             }
             Call::Stage(stage) => {
                 player.options.stage = [Stage::Body, Stage::Base, Stage::Detailed][usize::from(stage) % 3]

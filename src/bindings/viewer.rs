@@ -145,17 +145,24 @@ impl Viewer {
         Ok(notes)
     }
 
-    /// Plays the motions that were read, from the beginning, fading over `crossfade` seconds; none goes back to the rest pose.
+    /// Plays the motions that were read, from the beginning; none goes back to the rest pose.
     #[wasm_bindgen(js_name = playMotions)]
-    pub fn play_motions(&mut self, crossfade: f64) -> Result<(), Error> {
+    pub fn play_motions(&mut self) -> Result<(), Error> {
         let motions = std::mem::take(&mut self.coming);
-        self.player.set_motions(motions, crossfade).map_err(|error| named("motion", &error))
+        self.player.set_motions(motions).map_err(|error| named("motion", &error))
     }
 
     /// Whether it wears another avatar's wrinkles.
     #[wasm_bindgen(getter, js_name = wearsOtherDetail)]
     pub fn wears_other_detail(&self) -> bool {
         self.own_avatar.is_some()
+    }
+
+    /// Seconds over which a motion fades into the next one; 0 cuts.
+    #[wasm_bindgen(js_name = setCrossfade)]
+    pub fn set_crossfade(&mut self, seconds: f64) {
+        self.player.set_crossfade(seconds);
+        self.redraw = true;
     }
 
     /// Which of the motions plays.

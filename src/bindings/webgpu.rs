@@ -38,7 +38,7 @@ impl WebGpuPainter {
         Ok(Self { screen, renderer: None, computes, animator: None, posed: None })
     }
 
-    /// Takes what never changes about the viewer's figure.
+    /// Takes what never changes about the viewer's figure; again where its avatar was replaced.
     pub fn prepare(&mut self, viewer: &Viewer) -> Result<(), Error> {
         let surface = viewer.drawn_surface()?;
         let (device, queue) = (self.screen.device().clone(), self.screen.queue().clone());
@@ -49,6 +49,7 @@ impl WebGpuPainter {
             self.animator = Some(animator.map_err(|error| gpu_error(&error))?);
         }
         self.renderer = Some(renderer);
+        self.posed = None;
         Ok(())
     }
 

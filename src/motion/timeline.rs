@@ -76,15 +76,15 @@ impl Timeline {
         let clip = &self.clips[index];
         let pose = clip.sample(seconds);
         let within = seconds - clip.start;
-        if within < clip.fade {
+        if index > 0 && within < clip.fade {
             return interpolate(&self.clips[index - 1].sample(seconds), &pose, fade_in(within / clip.fade));
         }
         pose
     }
 
-    /// The motions.
-    pub fn motions(&self) -> impl Iterator<Item = &Motion> {
-        self.clips.iter().map(|clip| &clip.motion)
+    /// The motions, in their order.
+    pub fn into_motions(self) -> Vec<Motion> {
+        self.clips.into_iter().map(|clip| clip.motion).collect()
     }
 }
 

@@ -61,6 +61,16 @@ impl PoseSource {
         self.timeline.as_ref()
     }
 
+    /// The motions, taken out.
+    pub fn take_timeline(&mut self) -> Option<Timeline> {
+        self.timeline.take()
+    }
+
+    /// Seconds of a fade.
+    pub fn crossfade(&self) -> f64 {
+        self.crossfade
+    }
+
     /// Replaces the motions.
     pub fn set_timeline(&mut self, timeline: Option<Timeline>) {
         self.timeline = timeline;

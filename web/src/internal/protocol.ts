@@ -99,7 +99,9 @@ export interface Settings {
   readonly turn: { readonly radiansPerSecond: number; readonly restSeconds: number };
   readonly loop: boolean;
   readonly playbackRate: number;
-  readonly motions: { readonly sources: readonly MotionSource[]; readonly crossfade: number };
+  readonly motions: readonly MotionSource[];
+  /** Seconds over which a motion fades into the next one. */
+  readonly crossfade: number;
   /** Address of a picture, or of an avatar whose texture is taken. */
   readonly texture: string | null;
   /** Address of an avatar whose wrinkles are worn. */

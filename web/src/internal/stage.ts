@@ -42,6 +42,9 @@ export class Stage {
   #live: LivePose | null = null;
   /** The texture that replaces the avatar's own. */
   #texture: EncodedImage | null = null;
+  /** Requests are answered one after the other. */
+  #answering: Promise<void> = Promise.resolve();
+  readonly #waiting: (() => void)[] = [];
   #visible = true;
   #closed = false;
   #drawn = false;
@@ -102,7 +105,7 @@ export class Stage {
         this.#stop();
         break;
       case "request":
-        void this.#answer(command);
+        this.#answering = this.#answering.then(() => this.#answer(command));
         return;
       case "lose-device":
         this.#screen.painter?.lose();
@@ -152,14 +155,19 @@ export class Stage {
     const viewer = this.#viewer;
     if (!viewer) return;
     void this.#guard(this.#url, () => applySettings(viewer, settings));
-    const { motions, texture, detailFrom, backend } = settings;
+    const { motions, crossfade, texture, detailFrom, backend } = settings;
+    if (crossfade !== undefined) {
+      const { duration } = viewer;
+      viewer.setCrossfade(crossfade);
+      if (viewer.duration !== duration) this.#tellMotion(viewer, []);
+    }
     if (motions !== undefined) {
       this.#start("motions", null, (signal) => this.#loadMotions(viewer, motions, signal));
     }
-    if (texture !== undefined && (texture !== null || this.#texture !== null)) {
+    if (texture !== undefined && (texture !== null || this.#texture !== null || this.#awaited.has("texture"))) {
       this.#start("texture", texture, (signal) => this.#loadTexture(viewer, texture, signal));
     }
-    if (detailFrom !== undefined && (detailFrom !== null || viewer.wearsOtherDetail)) {
+    if (detailFrom !== undefined && (detailFrom !== null || viewer.wearsOtherDetail || this.#awaited.has("detail"))) {
       this.#start("detail", detailFrom, (signal) => this.#loadDetail(viewer, detailFrom, signal));
     }
     if (backend !== undefined) {
@@ -175,19 +183,19 @@ export class Stage {
     void this.#guard(url, () => load(signal), signal).then(() => {
       if (signal.aborted) return;
       this.#awaited.delete(kind);
+      if (this.#awaited.size === 0) for (const tell of this.#waiting.splice(0)) tell();
       this.#schedule();
     });
   }
 
   /** All motions, or none of them: one that fails leaves those before at play. */
   async #loadMotions(viewer: Viewer, motions: Settings["motions"], signal: AbortSignal): Promise<void> {
-    const { sources, crossfade } = motions;
     const options = { signal, maxBytes: this.#maxBytes };
-    const files = await Promise.all(sources.map(({ url }) => fetchBytes(url, options)));
+    const files = await Promise.all(motions.map(({ url }) => fetchBytes(url, options)));
     if (signal.aborted) return;
     const notes: string[] = [];
     viewer.beginMotions();
-    for (const [index, { url, framesPerSecond }] of sources.entries()) {
+    for (const [index, { url, framesPerSecond }] of motions.entries()) {
       try {
         notes.push(...viewer.readMotion(files[index] as Uint8Array, fileName(url), framesPerSecond ?? undefined));
       } catch (thrown) {
@@ -196,25 +204,27 @@ export class Stage {
       }
     }
     try {
-      viewer.playMotions(crossfade);
+      viewer.playMotions();
     } catch (thrown) {
       const { code, message } = failureOf(thrown, null);
-      throw new StageError(code, message, sources[0]?.url ?? null);
+      throw new StageError(code, message, motions[0]?.url ?? null);
     }
-    this.#motionLoaded = sources.length > 0;
+    this.#motionLoaded = motions.length > 0;
     if (this.#wish.seconds !== null) viewer.seek(this.#wish.seconds);
     this.#wish = { ...this.#wish, seconds: null };
-    const { duration, framesPerSecond } = viewer;
+    this.#tellMotion(viewer, notes);
+  }
+
+  #tellMotion({ duration, framesPerSecond }: Viewer, notes: readonly string[]): void {
     this.#report({ kind: "motion", duration, framesPerSecond, notes });
   }
 
   async #loadTexture(viewer: Viewer, url: string | null, signal: AbortSignal): Promise<void> {
     const texture = url === null ? null : await loadTexture(viewer, url, { signal, maxBytes: this.#maxBytes });
     if (signal.aborted) return;
+    this.#texture = texture;
     const painter = this.#screen.painter;
     if (painter) await setTexture(painter, texture ?? ownTexture(viewer));
-    if (signal.aborted) return;
-    this.#texture = texture;
     viewer.redraw();
   }
 
@@ -226,9 +236,9 @@ export class Stage {
       if (signal.aborted) return;
       viewer.wearDetailOf(bytes, fileName(url));
     }
-    const painter = this.#screen.painter;
+    const { painter, backend } = this.#screen;
     // A painter that poses has its own copy of the avatar.
-    if (painter?.poses(viewer)) await this.#prepare(painter, viewer);
+    if (painter && backend === "webgpu") await this.#prepare(painter, viewer);
     viewer.poseAgain();
   }
 
@@ -256,8 +266,10 @@ export class Stage {
     this.#viewer?.setPose(this.#live?.pose ?? undefined, this.#live?.translation ?? undefined);
   }
 
+  /** What was set before is in the answer: files that are on their way are waited for. */
   async #answer({ id, request }: Command & { kind: "request" }): Promise<void> {
     try {
+      if (this.#awaited.size > 0) await new Promise<void>((resolve) => this.#waiting.push(resolve));
       const value = await answer(request, () => this.#studio());
       this.#report(value ? { kind: "answer", id, value } : { kind: "answer", id });
     } catch (thrown) {

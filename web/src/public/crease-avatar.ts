@@ -87,7 +87,7 @@ type SettingName = keyof Settings;
 const SETTINGS_OF_ATTRIBUTES: Readonly<Record<string, SettingName>> = {
   motion: "motions",
   fps: "motions",
-  crossfade: "motions",
+  crossfade: "crossfade",
   texture: "texture",
   "detail-from": "detailFrom",
   "max-bytes": "maxBytes",
@@ -613,7 +613,8 @@ export class CreaseAvatarElement extends LookAttributes {
       },
       loop: this.loop,
       playbackRate: this.playbackRate,
-      motions: { sources, crossfade: this.crossfade },
+      motions: sources,
+      crossfade: this.crossfade,
       texture: this.texture ? absolute(this.texture) : null,
       detailFrom: this.detailFrom ? absolute(this.detailFrom) : null,
       smoothing: this.smoothing,

@@ -28,7 +28,7 @@ async function set({ withAvatar }, attributes) {
 
 const distance = (a, b) => Math.max(...a.map((x, i) => Math.abs(x - b[i])));
 
-const BACKENDS = ["webgpu+cpu", "webgl2+cpu"];
+const BACKENDS = ["webgpu", "webgpu+cpu", "webgl2+cpu"];
 
 export default [
   ...BACKENDS.map((backend) => ({
@@ -49,6 +49,8 @@ export default [
       pictures.set("detail 0", await digest(tools));
       assert.equal(pictures.get("detail 0"), pictures.get("base"), "without detail it is the base");
       pictures.delete("detail 0");
+      await set(tools, { view: "detailed", detail: "1" });
+      assert.equal(await digest(tools), pictures.get("detailed"), "back where it began");
       assert.equal(new Set(pictures.values()).size, pictures.size, JSON.stringify([...pictures]));
     },
   })),
@@ -143,6 +145,64 @@ export default [
     },
   },
   {
+    name: "look: two fingers pinch, and one that goes down scrolls the page",
+    context: { hasTouch: true },
+    run: async ({ mount, withAvatar, page, context }) => {
+      await mount({ "camera-controls": true });
+      await withAvatar(() => {
+        document.body.style.blockSize = "5000px";
+      });
+      const session = await context.newCDPSession(page);
+      const { theta, radius } = await withAvatar((avatar) => ({ ...avatar.getCameraOrbit() }));
+      await touch(session, "touchStart", [
+        [140, 160],
+        [180, 160],
+      ]);
+      for (const spread of [40, 60, 80])
+        await touch(session, "touchMove", [
+          [160 - spread, 160],
+          [160 + spread, 160],
+        ]);
+      await touch(session, "touchEnd", []);
+      await withAvatar((avatar, radius) => until(() => avatar.getCameraOrbit().radius < 0.7 * radius), radius);
+      await touch(session, "touchStart", [[160, 250]]);
+      for (const y of [230, 190, 130, 60]) await touch(session, "touchMove", [[160, y]]);
+      await touch(session, "touchEnd", []);
+      await withAvatar(async () => {
+        await until(() => scrollY > 50);
+        scrollTo(0, 0);
+      });
+      await touch(session, "touchStart", [[60, 160]]);
+      for (const x of [90, 130, 180]) await touch(session, "touchMove", [[x, 160]]);
+      await touch(session, "touchEnd", []);
+      await withAvatar((avatar, theta) => until(() => Math.abs(avatar.getCameraOrbit().theta - theta) > 0.3), theta);
+    },
+  },
+  {
+    name: "look: slots take the page's own poster, bar, controls and fallback",
+    run: async ({ mount, withAvatar }) => {
+      await mount({ src: "/bad/never.glb" }, { ready: false });
+      const told = await withAvatar(async (avatar) => {
+        const own = (slot) => {
+          const element = document.createElement("p");
+          element.slot = slot;
+          element.textContent = slot;
+          avatar.append(element);
+          return element;
+        };
+        const [poster, bar, controls] = ["poster", "progress-bar", "controls"].map(own);
+        await next(avatar, "progress");
+        const loading = [poster, bar, controls].map((element) => element.checkVisibility({ visibilityProperty: true }));
+        avatar.src = TINY;
+        await avatar.ready;
+        const hidden = (element) => !element.checkVisibility({ visibilityProperty: true, opacityProperty: true });
+        await until(() => hidden(poster) && hidden(bar));
+        return { loading, controls: controls.checkVisibility() };
+      });
+      assert.deepEqual(told, { loading: [true, true, true], controls: true });
+    },
+  },
+  {
     name: "look: it turns by itself, unless reduced motion is preferred",
     run: async ({ mount, withAvatar, page }) => {
       await mount({ "auto-rotate": true, "rotation-per-second": "90deg" });
@@ -180,6 +240,12 @@ export default [
     },
   },
 ];
+
+/** A touch of some fingers through the browser's own input. */
+async function touch(session, type, points) {
+  const touchPoints = points.map(([x, y], id) => ({ x, y, id }));
+  await session.send("Input.dispatchTouchEvent", { type, touchPoints });
+}
 
 /** A short name of the picture's every pixel. */
 async function digest({ withAvatar }) {

@@ -60,7 +60,14 @@ export default [
         avatar.style.display = "none";
       });
       await pause(200);
-      assert.equal(await framesWithin(worker, pause), 0, "hidden");
+      assert.equal(await framesWithin(worker, pause), 0, "not displayed");
+      await withAvatar((avatar) => {
+        avatar.style.display = "block";
+        Object.defineProperty(document, "visibilityState", { get: () => "hidden", configurable: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+      });
+      await pause(200);
+      assert.equal(await framesWithin(worker, pause), 0, "in a page that is hidden");
     },
   },
   {
@@ -234,6 +241,8 @@ export default [
       await cycle(50);
       const after = await memory(worker);
       assert.equal(page.workers().length, 1);
+      const devices = await worker.evaluate(async () => (await import("/web/pkg/crease.js")).deviceCount());
+      assert.equal(devices, 1);
       // One page of wasm memory is 64 KiB; the fixture's own data is many of them.
       assert.ok(after - before <= 1 << 20, `${before} bytes before, ${after} after`);
     },

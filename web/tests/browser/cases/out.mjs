@@ -91,10 +91,10 @@ export default [
   {
     name: "out: a film has every frame at its time, and the motion goes on from where it was",
     run: async ({ mount, withAvatar, page }) => {
-      await mount({ fps: 10, loop: true });
+      await mount({ fps: 4, loop: true });
       const told = await withAvatar(async (avatar) => {
         const done = next(avatar, "seeked");
-        avatar.currentTime = 0.1;
+        avatar.currentTime = 0.05;
         await done;
         const blob = await avatar.record({ seconds: 0.5, fps: 20, width: 160, height: 120 });
         const video = document.createElement("video");
@@ -114,12 +114,12 @@ export default [
           return Array.from(context.getImageData(0, 0, 160, 120).data);
         };
         const [first, last] = [await pixel(0.02), await pixel(0.47)];
-        const moved = first.filter((byte, i) => Math.abs(byte - last[i]) > 24).length;
+        const moved = first.filter((byte, i) => Math.abs(byte - last[i]) > 12).length;
         return { type: blob.type, duration, size: [videoWidth, videoHeight], moved, time: avatar.currentTime };
       });
       assert.equal(told.type, "video/webm");
       assert.ok(Math.abs(told.duration - 0.5) < 0.02, String(told.duration));
-      assert.deepEqual([told.size, told.time], [[160, 120], 0.1]);
+      assert.deepEqual([told.size, told.time], [[160, 120], 0.05]);
       assert.ok(told.moved > 50, `${told.moved} bytes moved`);
       assert.equal(page.isClosed(), false);
     },
@@ -127,7 +127,7 @@ export default [
   {
     name: "out: a live pose takes the motion's place, at once and smoothly, and gives it back",
     run: async ({ mount, withAvatar }) => {
-      await mount({ quality: "best" });
+      await mount({ quality: "best", follow: "root" });
       const picture = () => bytesOf(withAvatar, (avatar) => avatar.toBlob());
       const motion = await picture();
       await withAvatar((avatar) => {
@@ -172,17 +172,16 @@ export default [
       assert.ok(same(await picture(), motion), "the motion is back");
     },
   },
-  {
-    name: "out: another avatar's texture and wrinkles are worn, and taken off again",
+  ...["webgpu", "webgl2+cpu"].map((backend) => ({
+    name: `out: another avatar's texture and wrinkles are worn, and taken off again (${backend})`,
     run: async ({ mount, withAvatar }) => {
-      await mount({ quality: "best", src: "/tests/fixtures/tiny_plain.glb" });
+      await mount({ backend, quality: "best", src: "/tests/fixtures/tiny_plain.glb" });
       const picture = () => bytesOf(withAvatar, (avatar) => avatar.toBlob());
       const put = (name, value) =>
         withAvatar(
-          async (avatar, [name, value]) => {
+          (avatar, [name, value]) => {
             if (value === null) avatar.removeAttribute(name);
             else avatar.setAttribute(name, value);
-            await sleep(1500);
           },
           [name, value],
         );
@@ -208,5 +207,5 @@ export default [
       assert.ok(same(await picture(), own), "the texture of the same avatar is another");
       assert.equal(await withAvatar((avatar) => avatar.error), null);
     },
-  },
+  })),
 ];

@@ -430,7 +430,7 @@ mod tests {
         let playing = || {
             let mut player = fixture();
             player.set_quality(Some(0));
-            player.set_motions(vec![moving.clone()], 0.0).unwrap();
+            player.set_motions(vec![moving.clone()]).unwrap();
             player.clock.play();
             player
         };

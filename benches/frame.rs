@@ -139,8 +139,9 @@ fn frames(criterion: &mut Criterion) {
     });
     for (index, level) in QUALITY_LEVELS.iter().enumerate() {
         let mut player = Player::new(shared.clone()).expect("the avatar is valid");
-        player.set_motions(vec![dance()], 0.0).expect("the demo's motion fits");
+        player.set_motions(vec![dance()]).expect("the demo's motion fits");
         player.set_quality(Some(index));
+        player.clock.set_looping(true);
         player.clock.play();
         criterion.bench_function(&format!("quality/{}", level.name), |bencher| {
             bencher.iter(|| black_box(player.advance(1.0 / f64::from(RATE), &mut |_| ()).expect("finite").is_some()));

@@ -40,9 +40,7 @@ impl PosedSurface {
         for (position, offset) in posed.iter_mut().zip(offsets) {
             *position += *offset;
         }
-        if let Some(directions) = &rig.pose_directions {
-            add_pose_directions(directions, pose, posed);
-        }
+        rig.add_pose_blend_shapes(pose, posed);
         let posed_from_rest = posed_from_rest(rig, pose);
         for (vertex, (position, blended)) in posed.iter_mut().zip(&mut self.blended).enumerate() {
             *blended = rig.skin.blend(vertex, &posed_from_rest);
@@ -75,19 +73,5 @@ impl PosedSurface {
             subdivision.refine(Scheme::Midpoint, coarse_level, &coarse[coarse_level], &mut fine[0]);
         }
         &self.rotations[level]
-    }
-}
-
-/// Adds Σ_n (R_j − I)_n `directions`[n], joints 1.., row-major.
-fn add_pose_directions(directions: &[Vec<Vec3A>], pose: &Pose, positions: &mut [Vec3A]) {
-    for (joint_directions, &rotation) in directions.chunks_exact(9).zip(&pose.rotations[1..]) {
-        let difference = (Mat3A::from_quat(rotation) - Mat3A::IDENTITY).transpose().to_cols_array();
-        for (direction, factor) in joint_directions.iter().zip(difference) {
-            if factor != 0.0 {
-                for (position, offset) in positions.iter_mut().zip(direction) {
-                    *position += factor * *offset;
-                }
-            }
-        }
     }
 }

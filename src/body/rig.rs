@@ -75,6 +75,23 @@ pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
         .collect()
 }
 
+impl Rig {
+    /// Adds Σ_n (R_j − I)_n D_n over the pose blend shapes D, joints 1.., row-major; nothing where the model has none.
+    pub fn add_pose_blend_shapes(&self, pose: &Pose, positions: &mut [Vec3A]) {
+        let directions = self.pose_directions.as_deref().unwrap_or_default();
+        for (joint_directions, &rotation) in directions.chunks_exact(9).zip(&pose.rotations[1..]) {
+            let difference = (Mat3A::from_quat(rotation) - Mat3A::IDENTITY).transpose().to_cols_array();
+            for (direction, factor) in joint_directions.iter().zip(difference) {
+                if factor != 0.0 {
+                    for (position, offset) in positions.iter_mut().zip(direction) {
+                        *position += factor * *offset;
+                    }
+                }
+            }
+        }
+    }
+}
+
 impl Skin {
     /// Blended transform of vertex `vertex`.
     pub fn blend(&self, vertex: usize, posed_from_rest: &[Affine3A]) -> Affine3A {

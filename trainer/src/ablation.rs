@@ -44,7 +44,7 @@ pub fn compact_against_plain(
     frames: &[usize],
     mut each_row: impl FnMut(&Row),
 ) -> anyhow::Result<Vec<Row>> {
-    let facts = Facts { name: sequence.name.clone(), preset: "compact".into(), ..Facts::default() };
+    let facts = Facts { name: sequence.capture.name.clone(), preset: "compact".into(), ..Facts::default() };
     let pose = context.pose(context.samples[0]).clone();
     let mut rows = Vec::new();
     let mut add = |row: Row| {

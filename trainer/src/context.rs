@@ -74,10 +74,19 @@ impl TrainContext {
             ensure!(
                 same,
                 "{}: body.npz betas: expected {:?} as in {}, found {:?}",
-                other.directory.display(),
+                other.capture.directory.display(),
                 first.betas,
-                first.directory.display(),
+                first.capture.directory.display(),
                 other.betas
+            );
+        }
+        for sequence in &sequences {
+            let count = sequence.poses[0].rotations.len();
+            ensure!(
+                count == body.parents.len(),
+                "{}: body.npz: expected poses of {} joints as the body has, found {count}",
+                sequence.capture.directory.display(),
+                body.parents.len()
             );
         }
         let rig = body.shaped(&first.betas);
@@ -137,7 +146,7 @@ impl TrainContext {
 
     /// Reads the scan of a training frame.
     pub fn scan(&self, sample: Sample) -> Result<Frame, ReadError> {
-        self.sequences[sample.sequence].scan(sample.frame)
+        self.sequences[sample.sequence].capture.scan(sample.frame)
     }
 }
 

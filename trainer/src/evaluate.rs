@@ -96,7 +96,7 @@ pub fn evaluate(
     let triangles = animator.triangles().to_vec();
     let mut sums = [Measures::default(); 3];
     for &frame in frames {
-        let ground_truth = sequence.ground_truth(frame)?;
+        let ground_truth = sequence.capture.ground_truth(frame)?;
         for (sum, stage) in sums.iter_mut().zip([Stage::Body, Stage::Base, Stage::Detailed]) {
             let options = Options { stage, ..Options::default() };
             let positions = animator.animate(&sequence.poses[frame], &options);

@@ -6,6 +6,7 @@
 
 pub mod ablation;
 pub mod appearance;
+pub mod check;
 pub mod checkpoint;
 pub mod closest;
 pub mod coefficients;
@@ -15,6 +16,7 @@ pub mod context;
 pub mod evaluate;
 pub mod files;
 pub mod frames;
+pub mod import;
 pub mod interrupt;
 pub mod localise;
 pub mod mesh_file;
@@ -25,7 +27,9 @@ pub mod plain;
 pub mod ply;
 pub mod progress;
 pub mod quadratic;
+pub mod registration;
 pub mod sampling;
+pub mod scan_file;
 pub mod sequence;
 #[cfg(test)]
 mod shapes;
@@ -33,3 +37,4 @@ pub mod sizes;
 pub mod targets;
 pub mod texture;
 pub mod train;
+pub mod visibility;

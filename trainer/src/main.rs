@@ -15,6 +15,14 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Say what a sequence is like, and what would go wrong
+    Check(command::check::Arguments),
+    /// Make a sequence of a published layout's files
+    Import(command::import::Arguments),
+    /// Estimate shape and poses of the body from the scans alone
+    Register(command::register::Arguments),
+    /// Measure estimated shape and poses against the true ones
+    Compare(command::compare::Arguments),
     /// Train an avatar on one or more sequences of a person in the same clothes
     Train(command::train::Arguments),
     /// Measure an avatar against a sequence's ground truth
@@ -33,6 +41,10 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
+        Command::Check(arguments) => command::check::run(&arguments),
+        Command::Import(arguments) => command::import::run(&arguments),
+        Command::Register(arguments) => command::register::run(&arguments),
+        Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Train(arguments) => command::train::run(&arguments),
         Command::Eval(arguments) => command::eval::run(&arguments),
         Command::Animate(arguments) => command::animate::run(&arguments),

@@ -2,6 +2,7 @@
 
 mod header;
 
+use crease::mesh::Triangle;
 use crease::numpy::ReadError;
 use glam::Vec3A;
 use header::{Encoding, Header, Property, Scalar};
@@ -15,30 +16,67 @@ pub struct PointCloud {
     pub normals: Option<Vec<Vec3A>>,
     /// sRGB colours, if the file has any.
     pub colours: Option<Vec<[u8; 3]>>,
+    /// Triangles over the points, if the file is a mesh; larger polygons are cut into fans.
+    pub triangles: Vec<Triangle>,
 }
 
 impl PointCloud {
-    /// Reads the `vertex` element of a PLY file. `file` is its name for messages.
+    /// Reads the elements `vertex` and `face` of a PLY file. `file` is its name for messages.
     ///
-    /// Fails on a malformed header, on fewer bytes than the header promises, on zero points, and on coordinates that are not finite.
+    /// Fails on a malformed header, on fewer bytes than the header promises, on zero points, on coordinates that are not finite, and on
+    /// faces of vertices that are not there.
     pub fn read(bytes: &[u8], file: &str) -> Result<Self, ReadError> {
         let header = Header::read(bytes, file)?;
         let mut values = Values { body: &bytes[header.body_offset..], encoding: header.encoding, file };
+        let (mut cloud, mut triangles) = (None, Vec::new());
         for element in &header.elements {
-            if element.name != "vertex" {
-                values.require(element.count, &element.properties)?;
-                for _ in 0..element.count {
-                    values.skip(&element.properties)?;
+            match element.name.as_str() {
+                "vertex" if element.count == 0 => {
+                    return Err(values.error("element vertex", "at least one point", "0"));
                 }
-                continue;
+                "vertex" => cloud = Some(read_vertices(&mut values, element.count, &element.properties)?),
+                "face" => triangles = read_faces(&mut values, element.count, &element.properties)?,
+                _ => {
+                    values.require(element.count, &element.properties)?;
+                    for _ in 0..element.count {
+                        values.row(&element.properties, &mut vec![0.0; element.properties.len()], None)?;
+                    }
+                }
             }
-            if element.count == 0 {
-                return Err(values.error("element vertex", "at least one point", "0"));
-            }
-            return read_vertices(&mut values, element.count, &element.properties);
         }
-        Err(values.error("header", "an element vertex", "none"))
+        let mut cloud: Self = cloud.ok_or_else(|| values.error("header", "an element vertex", "none"))?;
+        let count = cloud.points.len();
+        if let Some(&vertex) = triangles.iter().flatten().find(|&&vertex| vertex as usize >= count) {
+            return Err(values.error(
+                "element face",
+                &format!("vertices from 0 to {}", count - 1),
+                &vertex.to_string(),
+            ));
+        }
+        cloud.triangles = triangles;
+        Ok(cloud)
     }
+}
+
+/// Polygons as fans of triangles. Faces without a list of vertices are skipped.
+fn read_faces(values: &mut Values, count: usize, properties: &[Property]) -> Result<Vec<Triangle>, ReadError> {
+    let is_corners = |p: &Property| p.is_list() && ["vertex_indices", "vertex_index"].contains(&p.name.as_str());
+    let corners = properties.iter().position(is_corners);
+    values.require(count, properties)?;
+    let mut triangles = Vec::new();
+    let mut row = vec![0.0; properties.len()];
+    let mut polygon = Vec::new();
+    for index in 0..count {
+        polygon.clear();
+        values.row(properties, &mut row, corners.map(|column| (column, &mut polygon)))?;
+        if let Some(bad) = polygon.iter().find(|&&vertex| !(0.0..=f64::from(u32::MAX)).contains(&vertex)) {
+            return Err(values.error(&format!("face {index}"), "indices of vertices", &bad.to_string()));
+        }
+        for corner in 2..polygon.len() {
+            triangles.push([polygon[0] as u32, polygon[corner - 1] as u32, polygon[corner] as u32]);
+        }
+    }
+    Ok(triangles)
 }
 
 /// Columns of three properties, if all are there.
@@ -58,10 +96,11 @@ fn read_vertices(values: &mut Values, count: usize, properties: &[Property]) -> 
         points: Vec::with_capacity(count),
         normals: normal.map(|_| Vec::with_capacity(count)),
         colours: colour.map(|_| Vec::with_capacity(count)),
+        triangles: Vec::new(),
     };
     let mut row = vec![0.0; properties.len()];
     for index in 0..count {
-        values.row(properties, &mut row)?;
+        values.row(properties, &mut row, None)?;
         let vector = |columns: [usize; 3]| Vec3A::from_array(columns.map(|column| row[column] as f32));
         let point = vector(position);
         if !point.is_finite() {
@@ -103,26 +142,29 @@ impl Values<'_> {
         Ok(())
     }
 
-    /// One row; a list gives its length.
-    fn row(&mut self, properties: &[Property], row: &mut [f64]) -> Result<(), ReadError> {
-        for (value, property) in row.iter_mut().zip(properties) {
+    /// One row; a list gives its length. `kept` takes the values of the list in a column.
+    fn row(
+        &mut self,
+        properties: &[Property],
+        row: &mut [f64],
+        mut kept: Option<(usize, &mut Vec<f64>)>,
+    ) -> Result<(), ReadError> {
+        for (column, (value, property)) in row.iter_mut().zip(properties).enumerate() {
             *value = match property.list_length {
                 None => self.number(property.scalar)?,
                 Some(length) => {
                     let length = self.number(length)?;
                     for _ in 0..length as u64 {
-                        self.number(property.scalar)?;
+                        let item = self.number(property.scalar)?;
+                        if let Some((_, list)) = kept.as_mut().filter(|(wanted, _)| *wanted == column) {
+                            list.push(item);
+                        }
                     }
                     length
                 }
             };
         }
         Ok(())
-    }
-
-    fn skip(&mut self, properties: &[Property]) -> Result<(), ReadError> {
-        let mut row = vec![0.0; properties.len()];
-        self.row(properties, &mut row)
     }
 
     fn number(&mut self, scalar: Scalar) -> Result<f64, ReadError> {

@@ -66,7 +66,8 @@ pub fn quadratic_targets(
     let options = &context.options;
     let level = context.level_count();
     let triangles = context.subdivision.triangles(level);
-    let points = context.scan(sample)?.points;
+    let scan = context.scan(sample)?;
+    let points = scan.points;
     let fits = fit_quadratics(&points, &options.quadratic);
     let normals: Vec<Vec3A> = fits.iter().map(|fit| fit.map_or(Vec3A::ZERO, |fit| fit.normal)).collect();
 
@@ -78,12 +79,12 @@ pub fn quadratic_targets(
     };
     let rotations: &[Mat3A] = surface.rotations(&context.subdivision, level);
     let located = localise(&points, &normals, &base, triangles, &options.localisation)?;
-    let targets = located.iter().zip(&fits).filter_map(|(surface, fit)| {
+    let targets = located.iter().zip(&fits).zip(&scan.weights).filter_map(|((surface, fit), &weight)| {
         let (surface, fit) = (surface.as_ref()?, fit.as_ref()?);
         let query = Query::at(surface, triangles, &context.domains[level], rotations);
         let own = base_laplacian.as_ref().map_or(Vec3A::ZERO, |values| surface.interpolate(triangles, values));
         let value = query.posed_from_canonical.inverse() * (fit.laplacian - own);
-        value.is_finite().then_some(Target { canonical: query.canonical, mask: query.mask, value, weight: 1.0 })
+        value.is_finite().then_some(Target { canonical: query.canonical, mask: query.mask, value, weight })
     });
     Ok(targets.collect())
 }

@@ -84,7 +84,7 @@ fn provenance(context: &TrainContext, facts: &Facts) -> Map<String, Value> {
         .map(|(index, sequence)| {
             let frames: Vec<usize> =
                 context.samples.iter().filter(|sample| sample.sequence == index).map(|sample| sample.frame).collect();
-            json!({ "name": sequence.name, "licence": sequence.licence, "frames": frames })
+            json!({ "name": sequence.capture.name, "licence": sequence.capture.licence, "frames": frames })
         })
         .collect();
     let facts = json!({

@@ -30,13 +30,13 @@ fn a_good_sequence_opens() {
     let directory = sequence("good");
     let sequence = Sequence::open(&directory.0).unwrap();
     assert_eq!(
-        (sequence.name.as_str(), sequence.frame_count, sequence.poses.len()),
+        (sequence.capture.name.as_str(), sequence.capture.frame_count, sequence.poses.len()),
         ("bumpy", FRAME_COUNT, FRAME_COUNT)
     );
-    let scan = sequence.scan(2).unwrap();
+    let scan = sequence.capture.scan(2).unwrap();
     assert_eq!((scan.index, scan.points.len()), (2, 4_000));
     assert_eq!(scan.colours.unwrap().len(), 4_000);
-    let truth = sequence.ground_truth(2).unwrap();
+    let truth = sequence.capture.ground_truth(2).unwrap();
     assert_eq!(truth.points.len(), truth.normals.len());
     assert!(truth.normals.iter().all(|normal| (normal.length() - 1.0).abs() < 1e-3));
 }
@@ -52,7 +52,7 @@ fn descriptions_are_checked() {
     check("\"frame_count\": 6", "\"frame_count\": 0", "frame_count");
     check("\"fps\": 15", "\"fps\": -1", "fps");
     check("metre", "inch", "units");
-    check("\"up\": \"y\"", "\"up\": \"z\"", "up");
+    check("\"up\": \"y\"", "\"up\": \"x\"", "up");
     check("\"name\": \"bumpy\",", "", "JSON");
     assert!(Sequence::open(&directory.0.join("nowhere")).unwrap_err().file.ends_with("sequence.json"));
 }
@@ -78,19 +78,19 @@ fn bodies_are_checked() {
 fn frames_are_checked() {
     let directory = sequence("frames");
     let sequence = Sequence::open(&directory.0).unwrap();
-    assert_eq!(sequence.scan(FRAME_COUNT).unwrap_err().field, "frame");
+    assert_eq!(sequence.capture.scan(FRAME_COUNT).unwrap_err().field, "frame");
     fs::write(directory.0.join("frames/0001.ply"), b"ply\nformat ascii 1.0\n").unwrap();
-    assert!(sequence.scan(1).unwrap_err().file.ends_with("0001.ply"));
+    assert!(sequence.capture.scan(1).unwrap_err().file.ends_with("0001.ply"));
     fs::remove_file(directory.0.join("frames/0003.ply")).unwrap();
-    assert!(sequence.scan(3).unwrap_err().file.ends_with("0003.ply"));
+    assert!(sequence.capture.scan(3).unwrap_err().file.ends_with("0003.ply"));
 
     let truth = directory.0.join("ground_truth/0000.npz");
     let points = |count: usize| Array::new(&[count, 3], vec![0f32; 3 * count]);
     fs::write(&truth, npz(&[("points", points(3)), ("normals", points(2))])).unwrap();
-    let error = sequence.ground_truth(0).unwrap_err();
+    let error = sequence.capture.ground_truth(0).unwrap_err();
     assert!(error.file.ends_with("0000.npz") && error.field == "normals", "{error}");
     fs::write(&truth, npz(&[("points", points(0)), ("normals", points(0))])).unwrap();
-    assert_eq!(sequence.ground_truth(0).unwrap_err().field, "points");
+    assert_eq!(sequence.capture.ground_truth(0).unwrap_err().field, "points");
 
     fs::write(
         directory.0.join("sequence.json"),
@@ -98,6 +98,6 @@ fn frames_are_checked() {
     )
     .unwrap();
     let bare = Sequence::open(&directory.0).unwrap();
-    assert_eq!(bare.scan(0).unwrap_err().field, "capture.kind");
-    assert!(bare.ground_truth(2).is_ok(), "ground truth needs no scans");
+    assert_eq!(bare.capture.scan(0).unwrap_err().field, "capture.kind");
+    assert!(bare.capture.ground_truth(2).is_ok(), "ground truth needs no scans");
 }

@@ -57,18 +57,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         body: None,
         name: None,
         preset: "compact".into(),
-        sequences: vec![ChosenFrames { directory: arguments.sequence.clone(), frames: arguments.train }],
+        sequences: vec![ChosenFrames { directory: arguments.sequence.clone(), poses: None, frames: arguments.train }],
         options: assignments.into_iter().try_fold(TrainOptions::compact(), |options, text| options.with(text))?,
     };
     let mut context = config.prepare(Progress::Bars)?;
     let sequence = context.sequences[0].clone();
-    let frames = arguments.test.indices(sequence.frame_count)?;
+    let frames = arguments.test.indices(sequence.capture.frame_count)?;
     let report = |row: &Row| eprint!("{}", row.line());
     let rows = compact_against_plain(&mut context, &arguments.counts, &sequence, &frames, report)?;
     print!("{}", table(&rows));
     if let Some(path) = &arguments.output {
         let record = json!({
-            "sequence": sequence.name,
+            "sequence": sequence.capture.name,
             "train": arguments.train.to_string(),
             "test": arguments.test.to_string(),
             "rows": rows,

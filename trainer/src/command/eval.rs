@@ -1,11 +1,10 @@
 //! `crease eval`.
 
-use super::read_avatar;
+use super::{open_sequence, read_avatar};
 use clap::Args;
 use crease_trainer::evaluate::{Evaluation, Measures, evaluate};
 use crease_trainer::frames::FrameRange;
 use crease_trainer::progress::Progress;
-use crease_trainer::sequence::Sequence;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -15,6 +14,9 @@ pub struct Arguments {
     pub avatar: PathBuf,
     /// Directory of a sequence with ground truth; scans are not needed
     pub sequence: PathBuf,
+    /// Shape and poses; body.npz of the sequence if left out
+    #[arg(long, value_name = "FILE")]
+    pub poses: Option<PathBuf>,
     /// Frames to measure, as a Python slice
     #[arg(long, value_name = "START:STOP:STEP", default_value = "::")]
     pub frames: FrameRange,
@@ -25,8 +27,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let avatar = Arc::new(read_avatar(&arguments.avatar)?);
-    let sequence = Sequence::open(&arguments.sequence)?;
-    let frames = arguments.frames.indices(sequence.frame_count)?;
+    let sequence = open_sequence(&arguments.sequence, arguments.poses.as_ref())?;
+    let frames = arguments.frames.indices(sequence.capture.frame_count)?;
     let bar = Progress::Bars.bar("measuring", frames.len());
     let evaluation = evaluate(avatar, &sequence, &frames, || bar.advance(1))?;
     drop(bar);

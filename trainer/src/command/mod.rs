@@ -2,19 +2,32 @@
 
 pub mod ablate;
 pub mod animate;
+pub mod check;
 pub mod compact;
+pub mod compare;
 pub mod demo;
 pub mod eval;
+pub mod import;
 pub mod inspect;
+pub mod register;
 pub mod train;
 
 use anyhow::Context;
 use crease::avatar::Avatar;
+use crease::numpy::ReadError;
 use crease_trainer::interrupt::Interrupt;
-use crease_trainer::sequence::read;
-use std::path::Path;
+use crease_trainer::sequence::{Sequence, read};
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Reads a sequence with the poses of a file, or its own.
+fn open_sequence(directory: &Path, poses: Option<&PathBuf>) -> Result<Sequence, ReadError> {
+    match poses {
+        None => Sequence::open(directory),
+        Some(path) => Sequence::with_body(directory, path),
+    }
+}
 
 fn read_avatar(path: &Path) -> anyhow::Result<Avatar> {
     Ok(Avatar::read(&read(path)?, &path.display().to_string())?)

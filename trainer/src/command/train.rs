@@ -29,6 +29,9 @@ pub struct Arguments {
     /// Body model (.npz or SMPL's .pkl); the open body if left out
     #[arg(long, value_name = "FILE")]
     pub body: Option<PathBuf>,
+    /// Shape and poses, for sequences in order; body.npz of each if left out
+    #[arg(long, value_name = "FILE")]
+    pub poses: Vec<PathBuf>,
     /// Frames to train on, as a Python slice; give one for all sequences or one for each [default: all]
     #[arg(long, value_name = "START:STOP:STEP")]
     pub frames: Vec<FrameRange>,
@@ -48,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Go on with a run that was broken off, from its checkpoint
-    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "frames", "preset", "seed", "assignments", "name", "config", "checkpoint"])]
+    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "frames", "preset", "seed", "assignments", "name", "config", "checkpoint"])]
     pub resume: Option<PathBuf>,
     /// Where work is kept while the run lasts, and after it [default: beside the output until the run is done]
     #[arg(long, value_name = "DIRECTORY")]
@@ -115,7 +118,7 @@ pub fn execute(config: &RunConfig, progress: Progress, kept: &Kept) -> anyhow::R
     context.checkpoint = Checkpoint::open(&kept.directory, kept.interval, interrupt()?)?;
     config.write(&kept.directory.join(CONFIG))?;
     let mut facts = Facts {
-        name: config.name.clone().unwrap_or_else(|| context.sequences[0].name.clone()),
+        name: config.name.clone().unwrap_or_else(|| context.sequences[0].capture.name.clone()),
         command: config.command(),
         preset: config.preset.clone(),
         notices: Vec::new(),
@@ -184,7 +187,8 @@ pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
         config.options = config.options.with(assignment)?;
     }
     if !arguments.sequences.is_empty() {
-        let all = |directory: &PathBuf| ChosenFrames { directory: directory.clone(), frames: FrameRange::ALL };
+        let all =
+            |directory: &PathBuf| ChosenFrames { directory: directory.clone(), poses: None, frames: FrameRange::ALL };
         config.sequences = arguments.sequences.iter().map(all).collect();
     }
     let (ranges, count) = (&arguments.frames, config.sequences.len());
@@ -195,6 +199,15 @@ pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
     );
     for (sequence, range) in config.sequences.iter_mut().zip(ranges.iter().cycle()) {
         sequence.frames = *range;
+    }
+    let poses = &arguments.poses;
+    ensure!(
+        [0, count].contains(&poses.len()),
+        "--poses: expected none or one for each of {count} sequences, found {}",
+        poses.len()
+    );
+    for (sequence, poses) in config.sequences.iter_mut().zip(poses) {
+        sequence.poses = Some(poses.clone());
     }
     Ok(config)
 }

@@ -2,8 +2,9 @@
 
 use super::frame_fit::PreparedScan;
 use super::regions::weighted_regions;
-use super::surface_fit::{FitOptions, fit_surface};
+use super::surface_fit::{FitOptions, coverage, fit_surface};
 use super::two_scales::regress_on_two_scales;
+use super::views::{View, fuse, seen};
 use crate::context::{DeformationTrainer, Sample, TrainContext};
 use crease::animate::PosedSurface;
 use crease::body::Pose;
@@ -45,7 +46,7 @@ impl CompactDeformation {
     }
 }
 
-/// Canonical offsets of every training frame; the fit starts from a sample's `start` and stays smooth relative to it.
+/// Canonical offsets of every training frame, views fused; the fit starts from a sample's `start` and stays smooth relative to it.
 fn fit_all<'a>(
     context: &TrainContext,
     title: &str,
@@ -54,7 +55,7 @@ fn fit_all<'a>(
     options: &FitOptions,
 ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
     let bar = context.progress.bar(title, context.samples.len());
-    context
+    let views = context
         .samples
         .par_iter()
         .map(|&sample| {
@@ -65,7 +66,8 @@ fn fit_all<'a>(
             bar.advance(1);
             fitted
         })
-        .collect()
+        .collect::<anyhow::Result<Vec<View>>>()?;
+    Ok(fuse(views, &context.adjacency))
 }
 
 fn fit_offsets(
@@ -73,8 +75,9 @@ fn fit_offsets(
     sample: Sample,
     offsets: &[Vec3A],
     options: &FitOptions,
-) -> anyhow::Result<Vec<Vec3A>> {
+) -> anyhow::Result<View> {
     let scan = PreparedScan::new(context, sample)?;
+    let options = &scan.fit_options(context, options);
     let mut surface = PosedSurface::new(&context.subdivision);
     surface.pose(
         &context.rig,
@@ -95,8 +98,15 @@ fn fit_offsets(
         &scan.oriented(),
         options,
     )?;
+    let seen = match scan.is_view {
+        false => None,
+        true => {
+            Some(seen(&coverage(&context.subdivision, context.options.scheme, 0, &fitted, &scan.oriented(), options)?))
+        }
+    };
     let rotations = surface.rotations(&context.subdivision, 0);
-    Ok((0..fitted.len()).map(|k| offsets[k] + rotations[k].inverse() * (fitted[k] - posed[k])).collect())
+    let values = (0..fitted.len()).map(|k| offsets[k] + rotations[k].inverse() * (fitted[k] - posed[k])).collect();
+    Ok(View { values, seen })
 }
 
 /// The mean over all fields; empty without any.

@@ -6,8 +6,9 @@
 use super::frame_fit::PreparedScan;
 use super::least_squares::conjugate_gradients;
 use super::regions::weighted_regions;
-use super::surface_fit::{fit_surface, refine_to_finest, restrict_from_finest};
+use super::surface_fit::{FitOptions, coverage, fit_surface, refine_to_finest, restrict_from_finest};
 use super::two_scales::regress_on_two_scales;
+use super::views::{View, fuse, seen};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
 use crate::targets::{base_surface, offsets, operator_laplacian};
 use crease::avatar::Form;
@@ -29,7 +30,7 @@ impl LaplacianTrainer for CompactLaplacian {
 impl CompactLaplacian {
     /// Canonical δ of every training frame on the level of f_l's tables, 1/m.
     pub fn fit(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<Vec<Vec<Vec3A>>> {
-        each_sample(context, "fitting the detail", |index| {
+        let views = each_sample(context, "fitting the detail", |index| {
             let sample = context.samples[index];
             let base = offsets(context, deformation, sample);
             let inputs = context.frame_ingredients("detail", sample)?.points(&base).finish();
@@ -37,15 +38,13 @@ impl CompactLaplacian {
                 let surface = fitted_surface(context, deformation, sample)?;
                 Ok(laplacian(context, deformation, sample, &surface))
             })
-        })
+        })?;
+        Ok(fused(context, views))
     }
 
-    /// The finest mesh fitted to the scan of every training frame, metres, from the base that `deformation` gives.
-    pub fn fit_surfaces(
-        &self,
-        context: &TrainContext,
-        deformation: &SurfaceFunction,
-    ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+    /// The finest mesh fitted to the scan of every training frame, metres, from the base that `deformation` gives; what a camera saw of
+    /// it is on the level of f_l's tables.
+    pub fn fit_surfaces(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<Vec<View>> {
         each_sample(context, "fitting the detail", |index| fitted_surface(context, deformation, context.samples[index]))
     }
 
@@ -54,11 +53,12 @@ impl CompactLaplacian {
         &self,
         context: &TrainContext,
         deformation: &SurfaceFunction,
-        surfaces: &[Vec<Vec3A>],
+        surfaces: &[View],
     ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
-        each_sample(context, "measuring the detail", |index| {
+        let views = each_sample(context, "measuring the detail", |index| {
             Ok(laplacian(context, deformation, context.samples[index], &surfaces[index]))
-        })
+        })?;
+        Ok(fused(context, views))
     }
 
     /// f_l from the δ that [`Self::fit`] gives.
@@ -78,8 +78,8 @@ impl CompactLaplacian {
 fn each_sample(
     context: &TrainContext,
     title: &str,
-    field: impl Fn(usize) -> anyhow::Result<Vec<Vec3A>> + Sync,
-) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+    field: impl Fn(usize) -> anyhow::Result<View> + Sync,
+) -> anyhow::Result<Vec<View>> {
     let bar = context.progress.bar(title, context.samples.len());
     let done = |index| {
         let field = field(index);
@@ -89,11 +89,19 @@ fn each_sample(
     (0..context.samples.len()).into_par_iter().map(done).collect()
 }
 
+/// δ of all frames, what one did not see taken from those that did.
+fn fused(context: &TrainContext, views: Vec<View>) -> Vec<Vec<Vec3A>> {
+    let level = context.options.compact.laplacian_level as usize;
+    let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
+    fuse(views, &adjacency)
+}
+
 /// The finest mesh fitted to the scan of one training frame.
-fn fitted_surface(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample) -> anyhow::Result<Vec<Vec3A>> {
+fn fitted_surface(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample) -> anyhow::Result<View> {
     let scan = PreparedScan::new(context, sample)?;
+    let options = scan.fit_options(context, &context.options.compact.detail_fit);
     let surface = base_surface(context, deformation, sample);
-    fit_surface(
+    let values = fit_surface(
         &context.subdivision,
         &context.finest_adjacency,
         context.options.scheme,
@@ -101,19 +109,35 @@ fn fitted_surface(context: &TrainContext, deformation: &SurfaceFunction, sample:
         surface.finest(),
         surface.finest(),
         &scan.oriented(),
-        &context.options.compact.detail_fit,
-    )
+        &options,
+    )?;
+    let seen = if scan.is_view { Some(seen(&coverage_on_tables(context, &values, &scan, &options)?)) } else { None };
+    Ok(View { values, seen })
+}
+
+/// Weight of the scan points on each vertex of the level of f_l's tables, for a surface of the finest level.
+fn coverage_on_tables(
+    context: &TrainContext,
+    surface: &[Vec3A],
+    scan: &PreparedScan,
+    options: &FitOptions,
+) -> anyhow::Result<Vec<f32>> {
+    let (subdivision, scheme) = (&context.subdivision, context.options.scheme);
+    let level = context.options.compact.laplacian_level as usize;
+    let finest = coverage(subdivision, scheme, subdivision.level_count(), surface, &scan.oriented(), options)?;
+    let finest = finest.into_iter().map(Vec3A::splat).collect();
+    Ok(restrict_from_finest(subdivision, scheme, level, finest).iter().map(|weight| weight.x).collect())
 }
 
 /// Canonical δ on the level of f_l's tables: what takes the base of one training frame to the `fitted` mesh.
-fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample, fitted: &[Vec3A]) -> Vec<Vec3A> {
+fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample, fitted: &View) -> View {
     let options = &context.options;
     let level = options.compact.laplacian_level as usize;
     let mut surface = base_surface(context, deformation, sample);
     let base = surface.finest();
     let wanted = match options.form {
-        Form::Absolute => fitted.to_vec(),
-        Form::Relative => fitted.iter().zip(base).map(|(&fitted, &base)| fitted - base).collect(),
+        Form::Absolute => fitted.values.clone(),
+        Form::Relative => fitted.values.iter().zip(base).map(|(&fitted, &base)| fitted - base).collect(),
     };
     let mut delta = operator_laplacian(context, base, &wanted);
     for delta in &mut delta {
@@ -123,7 +147,7 @@ fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Samp
     for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
         *delta = rotation.inverse() * *delta;
     }
-    coarse
+    View { values: coarse, seen: fitted.seen.clone() }
 }
 
 /// The field on `level` whose Loop refinement is closest to `field` on the finest level.

@@ -9,6 +9,7 @@ mod regions;
 mod regression;
 mod surface_fit;
 mod two_scales;
+mod views;
 
 pub use deformation::CompactDeformation;
 pub use distil::{Difference, difference, distil};
@@ -29,6 +30,8 @@ pub struct CompactOptions {
     pub base_fit: FitOptions,
     /// Fit of the finest mesh to each scan, from the base.
     pub detail_fit: FitOptions,
+    /// Smoothness of all fits to the view of a single camera, as a multiple of that for whole scans.
+    pub view_smoothness: f32,
     /// Pose regression of f_d.
     pub deformation: BranchOptions,
     /// Pose regression of f_l.
@@ -63,6 +66,7 @@ impl Default for CompactOptions {
                 ..common.clone()
             },
             detail_fit: FitOptions { smoothness: vec![5.0, 1.5, 0.5], reject_distance: vec![0.05], ..common },
+            view_smoothness: 4.0,
             deformation: BranchOptions {
                 blend_steps: 2,
                 smoothness: 30.0,

@@ -70,6 +70,26 @@ pub fn fit_surface(
     Ok(x)
 }
 
+/// Weight of the scan points that count on each vertex of `level`, whose refinement is the fitted surface.
+pub fn coverage(
+    subdivision: &Subdivision,
+    scheme: Scheme,
+    level: usize,
+    x: &[Vec3A],
+    scan: &OrientedScan,
+    options: &FitOptions,
+) -> anyhow::Result<Vec<f32>> {
+    let surface = refine_to_finest(subdivision, scheme, level, x);
+    let reject = options.reject_distance[options.reject_distance.len() - 1];
+    let mut weights = vec![Vec3A::ZERO; surface.len()];
+    for c in correspond(subdivision, &surface, scan, reject, options)? {
+        for i in 0..3 {
+            weights[c.corners[i] as usize] += Vec3A::splat(c.weight * c.barycentrics[i]);
+        }
+    }
+    Ok(restrict_from_finest(subdivision, scheme, level, weights).iter().map(|weight| weight.x).collect())
+}
+
 /// Carries vertices of `level` to the finest level.
 pub fn refine_to_finest(subdivision: &Subdivision, scheme: Scheme, level: usize, x: &[Vec3A]) -> Vec<Vec3A> {
     let mut current = x.to_vec();

@@ -99,7 +99,7 @@ fn inputs(context: &TrainContext) -> anyhow::Result<Fingerprint> {
 
 fn read_frame(context: &TrainContext, sample: Sample) -> anyhow::Result<TrainingFrame> {
     let pose = context.pose(sample);
-    let points = context.scan(sample)?.points;
+    let scan = context.scan(sample)?;
     let mut surface = PosedSurface::new(&context.subdivision);
     surface.pose(
         &context.rig,
@@ -110,8 +110,7 @@ fn read_frame(context: &TrainContext, sample: Sample) -> anyhow::Result<Training
         context.subdivision.level_count(),
     );
     Ok(TrainingFrame {
-        // μ is 1 where the distance to the camera is not known.
-        scan: Scan::new(points.clone(), vec![1.0; points.len()]),
+        scan: Scan::new(scan.points, scan.weights, scan.camera),
         body: surface.positions(0).to_vec(),
         posed_from_canonical: surface.rotations(&context.subdivision, 0).to_vec(),
         axis_angles: Features::axis_angles(pose),

@@ -6,6 +6,8 @@
 use super::gather::Rows;
 use crate::closest::ClosestPoint;
 use crate::nearest::NearestPoints;
+use crate::sequence::Camera;
+use crate::visibility::visible_vertices;
 use burn::tensor::{Device, Tensor, TensorData};
 use crease::mesh::{Adjacency, Triangle};
 use glam::Vec3A;
@@ -33,6 +35,8 @@ pub(super) struct Scan {
     weights: Vec<f32>,
     /// The whole scan, which the mesh is pulled to.
     cloud: Arc<Cloud>,
+    /// The camera, where the scan is the view of one: what it does not see of the mesh is not pulled.
+    camera: Option<Camera>,
 }
 
 struct Cloud {
@@ -42,9 +46,9 @@ struct Cloud {
 
 impl Scan {
     /// `points` are metres, `weights` their μ.
-    pub(super) fn new(points: Vec<Vec3A>, weights: Vec<f32>) -> Self {
+    pub(super) fn new(points: Vec<Vec3A>, weights: Vec<f32>, camera: Option<Camera>) -> Self {
         let cloud = Arc::new(Cloud { nearest: NearestPoints::new(&points), points: points.clone() });
-        Self { points, weights, cloud }
+        Self { points, weights, cloud, camera }
     }
 
     /// The same scan with `count` of its points pulling, drawn with replacement.
@@ -54,6 +58,7 @@ impl Scan {
             points: drawn.iter().map(|&index| self.points[index]).collect(),
             weights: drawn.iter().map(|&index| self.weights[index]).collect(),
             cloud: Arc::clone(&self.cloud),
+            camera: self.camera.clone(),
         }
     }
 
@@ -144,7 +149,7 @@ impl Energy {
         Ok(total)
     }
 
-    /// Pulls each of `rows` of every frame to its nearest scan point.
+    /// Pulls each of `rows` of every frame to its nearest scan point (paper Eq. reliable_anchor: those that the camera sees).
     fn to_scans(&self, rows: &Rows, frames: &[&[Vec3A]], scans: &[&Scan]) -> Pull {
         let mut pull = Pull::default();
         for (index, (frame, scan)) in frames.iter().zip(scans).enumerate() {
@@ -152,9 +157,19 @@ impl Energy {
             let sources = rows.apply_slice(frame);
             let nearest = sources.par_iter().map(|&source| scan.nearest(source));
             pull.targets.extend(nearest.collect::<Vec<_>>());
-            pull.weights.extend(vec![1.0 / (rows.count() * scans.len()) as f32; rows.count()]);
+            let seen = self.seen(rows, frame, scan);
+            let share = 1.0 / (seen.iter().filter(|&&seen| seen).count().max(1) * scans.len()) as f32;
+            pull.weights.extend(seen.iter().map(|&seen| if seen { share } else { 0.0 }));
         }
         pull
+    }
+
+    /// Which of `rows` the scan's camera sees on a frame's mesh; all where the scan is whole.
+    fn seen(&self, rows: &Rows, frame: &[Vec3A], scan: &Scan) -> Vec<bool> {
+        let Some(camera) = &scan.camera else { return vec![true; rows.count()] };
+        let seen = visible_vertices(camera, frame, &self.triangles);
+        let shares: Vec<Vec3A> = seen.iter().map(|&seen| if seen { Vec3A::ONE } else { Vec3A::ZERO }).collect();
+        rows.apply_slice(&shares).iter().map(|share| share.x > 0.5).collect()
     }
 }
 

@@ -48,6 +48,17 @@ fn lists_and_elements_before_the_vertices_are_skipped() {
     let cloud = PointCloud::read(text.as_bytes(), "mesh.ply").unwrap();
     assert_eq!(cloud.points, [Vec3A::new(1.0, 2.0, 3.0)]);
     assert_eq!(cloud.normals, Some(vec![Vec3A::Z]));
+    assert_eq!(cloud.triangles.len(), 3, "a quadrangle is two triangles");
+}
+
+#[test]
+fn faces_of_missing_vertices_are_refused() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+                property list uchar int vertex_indices\nend_header\n0 0 0\n";
+    for face in ["3 0 0 1\n", "3 0 0 -1\n"] {
+        let error = PointCloud::read((text.to_owned() + face).as_bytes(), "mesh.ply").unwrap_err();
+        assert!(error.field.contains("face"), "{error}");
+    }
 }
 
 #[test]

@@ -145,7 +145,7 @@ pub fn npz(arrays: &[(&str, Array)]) -> Vec<u8> {
 }
 
 /// A binary point cloud with a colour by height.
-fn ply(points: &[Vec3A]) -> Vec<u8> {
+pub fn ply(points: &[Vec3A]) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",

@@ -9,7 +9,7 @@ const NONE: Weights = Weights { regulariser: 0.0, anchor: 0.0, mesh_to_scan: 0.0
 fn scan(radius: f32, seed: u64) -> Scan {
     let points = sphere_points(60, radius, seed);
     let weights = (0..60).map(|i| 0.5 + i as f32 / 60.0).collect();
-    Scan::new(points, weights)
+    Scan::new(points, weights, None)
 }
 
 fn energy(weights: Weights) -> (Energy, Vec<Vec3A>) {
@@ -78,9 +78,9 @@ fn gradient_of_mesh_to_scan() {
 fn values_are_means_of_squares() {
     let (energy, positions) = energy(NONE);
     let points = vec![Vec3A::Y * 0.0 + positions[3] * 1.5, positions[7] * 1.5];
-    let one = Scan::new(points.clone(), vec![1.0, 1.0]);
+    let one = Scan::new(points.clone(), vec![1.0, 1.0], None);
     assert!((value(&energy, &positions, &[&one]).0 - 0.25).abs() < 1e-5);
-    let half = Scan::new(points, vec![1.0, 0.0]);
+    let half = Scan::new(points, vec![1.0, 0.0], None);
     assert!((value(&energy, &positions, &[&half]).0 - 0.125).abs() < 1e-5, "μ weighs points");
     let twice: Vec<Vec3A> = positions.iter().chain(&positions).copied().collect();
     assert!((value(&energy, &twice, &[&one, &half]).0 - 0.1875).abs() < 1e-5, "frames are averaged");
@@ -89,13 +89,13 @@ fn values_are_means_of_squares() {
 #[test]
 fn the_regulariser_of_a_flat_even_patch_is_zero_inside() {
     let (energy, positions) = energy(Weights { regulariser: 1.0, ..NONE });
-    let on_surface = Scan::new(vec![positions[0]], vec![1.0]);
+    let on_surface = Scan::new(vec![positions[0]], vec![1.0], None);
     let smooth = value(&energy, &positions, &[&on_surface]).0;
     let mut spiky = positions.clone();
     spiky[20] *= 1.5;
     assert!(value(&energy, &spiky, &[&on_surface]).0 > smooth + 1e-3);
     let point = vec![Vec3A::X; positions.len()];
-    let at_point = Scan::new(vec![Vec3A::X], vec![1.0]);
+    let at_point = Scan::new(vec![Vec3A::X], vec![1.0], None);
     assert!(value(&energy, &point, &[&at_point]).0 < 1e-9, "a mesh shrunk to a point has no umbrella Laplacian");
 }
 
@@ -110,4 +110,39 @@ fn drawn_points_pull_and_the_whole_scan_is_pulled_to() {
     let one = whole.drawn(1, &mut crate::sampling::generator(3));
     let only_anchors = |scan: &Scan| energy.to_scans(&energy.anchors, &[&positions], &[scan]).targets;
     assert_eq!(only_anchors(&one), only_anchors(&whole));
+}
+
+#[test]
+fn a_camera_pulls_the_anchors_that_it_sees() {
+    use glam::{Affine3A, Vec3};
+    let mesh = sphere(1.0, 1);
+    let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
+    let index = |direction: Vec3A| {
+        let along =
+            |&a: &usize, &b: &usize| mesh.positions[a].dot(direction).total_cmp(&mesh.positions[b].dot(direction));
+        (0..mesh.positions.len()).max_by(along).unwrap() as u32
+    };
+    let anchors = Rows::new(&[vec![(index(-Vec3A::Z), 1.0)], vec![(index(Vec3A::Z), 1.0)]]);
+    let energy = Energy::new(&mesh.triangles, &adjacency, anchors, Weights { anchor: 1.0, ..NONE });
+    let world_from_camera = Affine3A::from_translation(Vec3::new(0.0, 0.0, -4.0));
+    let camera = Camera {
+        width: 100,
+        height: 100,
+        focal: [100.0; 2],
+        centre: [50.0; 2],
+        depth_scale: 1e-3,
+        world_from_camera,
+        camera_from_world: world_from_camera.inverse(),
+    };
+    // One point of no weight: only anchors pull.
+    let point = mesh.positions[index(-Vec3A::Z) as usize] * 1.5;
+    let pulled = |camera: Option<Camera>| {
+        let scan = Scan::new(vec![point], vec![0.0], camera);
+        value(&energy, &mesh.positions, &[&scan]).1
+    };
+    let (seen, all) = (pulled(Some(camera)), pulled(None));
+    let gradient = |values: &[f32], vertex: u32| Vec3A::from_slice(&values[3 * vertex as usize..]).length();
+    assert!(gradient(&seen, index(-Vec3A::Z)) > 0.1);
+    assert_eq!(gradient(&seen, index(Vec3A::Z)), 0.0, "the far side is not seen");
+    assert!(gradient(&all, index(Vec3A::Z)) > 0.1);
 }

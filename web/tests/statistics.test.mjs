@@ -3,9 +3,10 @@ import { test } from "node:test";
 import { FrameCounter, median } from "../dist/internal/statistics.js";
 
 const frame = {
+  order: 0,
   currentTime: 0,
-  playing: true,
   ended: false,
+  motionIndex: 0,
   intervalMilliseconds: 16,
   poseMilliseconds: 10,
   partMilliseconds: [1, 2, 3, 4, 5, 6],

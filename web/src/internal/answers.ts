@@ -1,6 +1,6 @@
 import type { Viewer } from "../../pkg/crease.js";
 import { StageError } from "./errors.js";
-import type { Canvas, MeshFormat, PictureWish, Request } from "./protocol.js";
+import type { Canvas, ClockWish, MeshFormat, PictureWish, Request } from "./protocol.js";
 import { decode, type EncodedImage } from "./texture.js";
 
 /** What answers are made with: the avatar at work. */
@@ -10,7 +10,9 @@ export interface Studio {
   readonly texture: EncodedImage | null;
   /** Time stands now, by the wish of this order. */
   obey(order: number): void;
-  /** Keeps the screen's own rhythm away until the answer is given. */
+  /** What time shall do. */
+  wish(): ClockWish;
+  /** Keeps the screen's own rhythm away until the answer is given; the page is told of no picture. */
   hold(): void;
   /** Draws now; `now`, in milliseconds, lets time pass, and null does not. */
   draw(now: number | null): void;

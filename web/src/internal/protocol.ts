@@ -197,7 +197,6 @@ export interface Frame {
   /** The wish for the clock that it obeys. */
   readonly order: number;
   readonly currentTime: number;
-  readonly playing: boolean;
   readonly ended: boolean;
   /** Which motion of the playlist it shows. */
   readonly motionIndex: number;

@@ -18,12 +18,14 @@ const KEY_FRAME_SECONDS = 2;
 /** A film of the motion from where it stands: every frame at its exact moment, however long it takes to draw. */
 export async function record(studio: Studio, request: Request & { kind: "record" }): Promise<Blob> {
   const { viewer } = studio;
-  const before = { seconds: viewer.currentTime, playing: viewer.playing };
+  const before = { seconds: viewer.currentTime, playing: viewer.playing, wish: studio.wish() };
   try {
     return await film(studio, request);
   } finally {
+    // Who has pressed a button meanwhile means what comes afterwards.
+    const wish = studio.wish();
     viewer.seek(before.seconds);
-    if (before.playing) viewer.play();
+    if (wish.order === before.wish.order ? before.playing : wish.playing) viewer.play();
     studio.draw(null);
   }
 }

@@ -294,6 +294,7 @@ export class Stage {
       obey: (order) => {
         this.#wish = { order, playing: false, seconds: null };
       },
+      wish: () => this.#wish,
       hold: () => {
         this.#busy = true;
         this.#stop();
@@ -309,7 +310,8 @@ export class Stage {
     const started = performance.now();
     if (!painter.draw(viewer)) throw new StageError("canvas", "expected a picture of some size, found none", this.#url);
     this.#rest();
-    this.#onDrawn(viewer, started, performance.now() - started);
+    if (this.#busy) viewer.drawn(undefined, 0);
+    else this.#onDrawn(viewer, started, performance.now() - started);
   }
 
   /** Asks for a frame only when it would differ from the last: an idle figure costs nothing. */
@@ -349,7 +351,6 @@ export class Stage {
       frame: {
         order: this.#wish.order,
         currentTime: viewer.currentTime,
-        playing: viewer.playing,
         ended: viewer.ended,
         motionIndex: viewer.motionIndex,
         camera: cameraPlace(viewer),

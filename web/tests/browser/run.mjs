@@ -15,7 +15,7 @@ import { startServer } from "./server.mjs";
 
 const VIEWPORT = { width: 400, height: 400 };
 /** A software renderer on a busy machine needs its time. */
-const LIMIT_MILLISECONDS = 120_000;
+const LIMIT_MILLISECONDS = 300_000;
 
 const order = JSON.parse(process.argv[2] ?? "null");
 const server = await startServer();

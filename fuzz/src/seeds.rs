@@ -129,7 +129,11 @@ pub fn runs() -> Vec<Vec<u8>> {
         body: None,
         name: Some("a".into()),
         preset: preset.into(),
-        sequences: vec![ChosenFrames { directory: "capture".into(), poses: None, frames: "1::2".parse().expect("a range") }],
+        sequences: vec![ChosenFrames {
+            directory: "capture".into(),
+            poses: None,
+            frames: "1::2".parse().expect("a range"),
+        }],
         options: TrainOptions::preset(preset).expect("a preset"),
     };
     ["compact", "paper"].map(|preset| run(preset).to_text().expect("plain data").into_bytes()).to_vec()

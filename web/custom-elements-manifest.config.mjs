@@ -33,7 +33,7 @@ function publicMembers() {
 }
 
 export default {
-  globs: ["src/public/crease-avatar.ts", "src/internal/attributes.ts", "src/internal/element/*.ts"],
+  globs: ["src/public/crease-avatar.ts", "src/internal/element/*.ts"],
   outdir: ".",
   packagejson: false,
   plugins: [publicMembers(), shippedPaths()],

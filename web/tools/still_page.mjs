@@ -1,25 +1,24 @@
 /**
  * Takes a picture of one page that stands still, for `cargo xtask test`.
  *
- * The only argument is a JSON object: { url, chromium, flags, firefox, limitMilliseconds, picture, loseDevice }. With `loseDevice` the graphics device
+ * The only argument is a JSON object: { url, chromium, flags, firefox, limitMilliseconds, picture, side, loseDevice }. With `loseDevice` the graphics device
  * is taken away first, and the picture is the one after that. Prints one JSON object: { problems, backend, currentTime }.
  */
 
 import process from "node:process";
-import { setTimeout as sleep } from "node:timers/promises";
 import { withPage } from "./page.mjs";
 
-const VIEWPORT = { width: 480, height: 480 };
-/** The element fades in. */
-const FADE_MILLISECONDS = 600;
+const USUAL_SIDE = 480;
 
 const order = JSON.parse(process.argv[2] ?? "null");
 
-await withPage(order, VIEWPORT, async (page, result) => {
+const side = order.side ?? USUAL_SIDE;
+
+await withPage(order, { width: side, height: side }, async (page, result) => {
   if (order.loseDevice) {
     await page.evaluate(loseDevice, order.limitMilliseconds);
   }
-  await sleep(FADE_MILLISECONDS);
+  await page.evaluate(fadedIn);
   await page.screenshot({ path: order.picture });
   Object.assign(
     result,
@@ -51,4 +50,14 @@ async function loseDevice(limitMilliseconds) {
   await waitFor(() => rebuilt);
   // A picture on the next canvas takes the old canvas away.
   await waitFor(() => !canvas.isConnected);
+}
+
+/** Runs in the page: waits until nothing in the element fades any more. */
+async function fadedIn() {
+  const { shadowRoot } = document.querySelector("crease-avatar");
+  for (let fades = [null]; fades.length > 0; fades = shadowRoot.getAnimations()) {
+    await Promise.allSettled(fades.map((fade) => fade?.finished));
+    // Two frames: a transition starts in the first.
+    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+  }
 }

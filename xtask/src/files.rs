@@ -36,6 +36,11 @@ pub fn write(file: &Path, text: &str) -> Result<()> {
     fs::write(file, text).with_context(|| format!("cannot write {}", workspace::relative(file)))
 }
 
+/// Reads a text.
+pub fn read(file: &Path) -> Result<String> {
+    fs::read_to_string(file).with_context(|| format!("cannot read {}", workspace::relative(file)))
+}
+
 /// All files in a folder and in folders in it, in a fixed order.
 pub fn below(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder).with_context(|| format!("cannot list {}", workspace::relative(folder)))?;

@@ -1,18 +1,23 @@
 //! The task runner: `cargo xtask play | test | …`, one set of steps for people and for continuous integration.
 
+mod accessibility;
 mod bench;
 mod browser;
 mod check;
 mod command;
+mod demo;
+mod docs;
 mod element;
 mod faults;
 mod files;
 mod fuzz;
+mod goldens;
 mod http;
 mod lint;
 mod loss;
 mod package;
 mod picture;
+mod pictures;
 mod play;
 mod progress;
 mod samples;
@@ -56,6 +61,12 @@ enum Task {
     Supply,
     /// Search for inputs that break a reader, the player or the animator
     Fuzz(fuzz::Options),
+    /// Draw the golden pictures of tests/goldens/ anew
+    Goldens {
+        /// Compare in each browser instead
+        #[arg(long)]
+        check: bool,
+    },
     /// Run the lints only: fmt, clippy, biome, tsc
     Lint,
     /// Run the wasm tests only, in headless Chromium
@@ -69,8 +80,14 @@ enum Task {
     Setup,
     /// Build web/pkg/ (wasm and its bindings), web/dist/ (the element) and web/lib/ (both, bundled)
     BuildWeb,
+    /// Use the demo page as a visitor does, in headless Chromium; screenshots go to target/demo/
+    Demo,
+    /// Build the site for adopters and the demo into target/site/, and serve it
+    Docs(docs::Options),
     /// Pack the npm package into target/package/ and tell its sizes
     Package,
+    /// Draw the pictures of the demo's shelf and posters into demo/pictures/
+    Pictures,
     /// Build the projects of examples/ from the packed npm package and play them in headless Chromium
     Samples,
     /// Run one wasm test executable in a headless browser; cargo calls this
@@ -116,6 +133,15 @@ fn run(task: Task) -> Result<()> {
             lint::run(toolchain)
         }
         Task::WasmTests => test::wasm(setup::everything()?),
+        Task::Demo => demo::run(),
+        Task::Docs(options) => docs::run(&options),
+        Task::Goldens { check } => {
+            let toolchain = setup::everything()?;
+            wasm::build(toolchain)?;
+            wasm::build_element()?;
+            if check { goldens::check() } else { goldens::write() }
+        }
+        Task::Pictures => pictures::run(),
         Task::Samples => samples::run(),
         Task::Package => package::run(),
         Task::ElementTests { only } => {

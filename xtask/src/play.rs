@@ -8,7 +8,7 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::site::Site;
-use crate::{check, command, serve, setup, wasm};
+use crate::{check, command, docs, serve, setup, wasm};
 
 /// What to show, and to whom.
 #[derive(Args)]
@@ -39,12 +39,18 @@ pub fn run(options: &Options) -> Result<()> {
         println!("{}", check::run(&options.page, &options.screenshot)?.to_json()?);
         return Ok(());
     }
+    docs::build()?;
     let site = Site::new(&options.page)?;
     let path = site.page_url();
-    let serving = serve::start(site, options.port)?;
-    let url = serving.url(&path);
+    serve(site, &path, options.port, !options.no_open)
+}
+
+/// Serves a site until Ctrl-C, and opens the page at `path` where there is somebody to see it.
+pub fn serve(site: Site, path: &str, port: Option<u16>, opens: bool) -> Result<()> {
+    let serving = serve::start(site, port)?;
+    let url = serving.url(path);
     eprintln!("Serving {url} (Ctrl-C stops)");
-    if !options.no_open && has_desktop() && webbrowser::open(&url).is_err() {
+    if opens && has_desktop() && webbrowser::open(&url).is_err() {
         eprintln!("No browser could be opened: please open the address yourself.");
     }
     while !command::interrupted() {

@@ -108,13 +108,14 @@ fn take(avatar: &str, backend: &str, moment: f64, lose_device: bool) -> Result<S
 
 fn take_with(avatar: &str, backend: &str, moment: f64, more: &str, lose_device: bool) -> Result<Still> {
     let query = format!("avatar={avatar}&backend={}&time={moment}{more}", backend.replace('+', "%2B"));
-    let still = still(Browser::Chromium, &query, &workspace::wasm_target().join("still.png"), lose_device)?;
+    let still = still(Browser::Chromium, &query, &workspace::wasm_target().join("still.png"), None, lose_device)?;
     ensure!(still.backend == backend, "asked for {backend}, the page runs {}", still.backend);
     Ok(still)
 }
 
-/// Draws the page with `query` in its address and saves the picture, after the graphics device was taken away where `lose_device`.
-pub fn still(browser: Browser, query: &str, file: &Path, lose_device: bool) -> Result<Still> {
+/// Draws the page with `query` in its address and saves the picture, `side` pixels wide and high, after the graphics device was taken away
+/// where `lose_device`.
+pub fn still(browser: Browser, query: &str, file: &Path, side: Option<u32>, lose_device: bool) -> Result<Still> {
     let site = Site::new(Path::new(PAGE))?;
     let path = format!("{}?{query}", site.page_url());
     let serving = serve::start(site, Some(0))?;
@@ -122,6 +123,7 @@ pub fn still(browser: Browser, query: &str, file: &Path, lose_device: bool) -> R
         "url": serving.url(&path),
         "limitMilliseconds": 1000 * LIMIT_SECONDS,
         "picture": file,
+        "side": side,
         "loseDevice": lose_device,
     }))?;
     let told = progress::quietly(&format!("Drawing {path} in {browser:?}"), || {

@@ -9,7 +9,8 @@ use crate::browser::Browser;
 use crate::site::Site;
 use crate::toolchain::Toolchain;
 use crate::{
-    browser, check, command, element, files, lint, loss, package, progress, samples, setup, stills, wasm, workspace,
+    accessibility, browser, check, command, demo, docs, element, files, goldens, lint, loss, package, progress,
+    samples, setup, stills, wasm, workspace,
 };
 
 /// The small page on which the whole way from pose to pixels is checked.
@@ -35,6 +36,11 @@ pub fn run() -> Result<()> {
     progress::aloud("end-to-end page in Firefox", in_firefox)?;
     progress::aloud("pictures through every backend", stills::run)?;
     progress::aloud("devices lost in mid-play", loss::run)?;
+    progress::aloud("golden pictures", goldens::check)?;
+    progress::aloud("documentation", docs::check)?;
+    docs::build()?;
+    progress::aloud("demo page", demo::check)?;
+    progress::aloud("accessibility", accessibility::run)?;
     progress::aloud("npm package", package::make)?;
     progress::aloud("sample projects", samples::check_all)?;
     eprintln!("Everything passed.");

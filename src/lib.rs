@@ -18,6 +18,7 @@ pub mod export;
 pub mod fixture;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod inflate;
 pub mod laplacian;
 pub mod memory;
 pub mod mesh;

@@ -4,6 +4,7 @@ mod deflate;
 mod document;
 mod extension;
 mod glb;
+mod json;
 mod quantise;
 mod read;
 mod source;

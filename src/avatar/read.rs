@@ -1,8 +1,9 @@
 //! Reading an avatar.
 
 use super::document::{self, Document};
-use super::extension::{Extension, Factor, Function, LayerTables, MAJOR_VERSION, NAME, Number, RegionFacts, Units};
+use super::extension::{Extension, Factor, Function, LayerTables, Number, RegionFacts};
 use super::glb::Glb;
+use super::json::{self, FromJson};
 use super::quantise::weight_from_step;
 use super::source::{Reader, floats, halves, shorts, words};
 use super::{Appearance, Avatar, AvatarError, Texture};
@@ -11,7 +12,6 @@ use crate::encoding::PositionalEncoding;
 use crate::memory::{Allowance, MemoryLimit};
 use crate::mesh::Triangle;
 use crate::network::{Compact, Layer, Mlp, Region, SurfaceFunction};
-use crate::pose_feature::association;
 use crate::solver::CoarseFactor;
 use glam::Vec3A;
 
@@ -26,43 +26,16 @@ impl Avatar {
     /// [`Self::read`] with another limit of memory.
     pub fn read_within(bytes: &[u8], name: &str, limit: MemoryLimit) -> Result<Self, AvatarError> {
         let glb = Glb::parse(bytes, name)?;
-        let document: Document<serde_json::Value> = serde_json::from_slice(glb.json)
-            .map_err(|error| AvatarError::new(name, "JSON chunk", "a glTF document with CREASE_avatar", error))?;
-        let extension = extension(&document.extensions.avatar, name)?;
         let allowance = Allowance::new(limit, bytes.len());
+        let taken = allowance.hold(json::PARSED_TIMES.saturating_mul(glb.json.len()));
+        taken.map_err(|shortage| AvatarError::new(name, "JSON chunk", shortage.expected, shortage.found))?;
+        let json = json::Document::parse(glb.json, name)?;
+        let document = Document::from_json(&json.root())?;
         let reader = Reader { file: name, binary: glb.binary, document: &document, allowance };
-        let avatar = reader.avatar(&extension)?;
+        let avatar = reader.avatar(&document.extensions.avatar)?;
         avatar.validate(name)?;
         Ok(avatar)
     }
-}
-
-/// The extension's object, after its version has been checked.
-fn extension(json: &serde_json::Value, file: &str) -> Result<Extension, AvatarError> {
-    let major = &json["version"]["major"];
-    if major.as_u64() != Some(MAJOR_VERSION) {
-        let expected = format!("{MAJOR_VERSION}, the only major version that this reader knows");
-        return Err(AvatarError::new(file, "CREASE_avatar.version.major", expected, major));
-    }
-    let extension: Extension = serde_json::from_value(json.clone())
-        .map_err(|error| AvatarError::new(file, NAME, "an object as docs/format.md has it", error))?;
-    if extension.units != Units::default() {
-        return Err(AvatarError::new(
-            file,
-            "CREASE_avatar.units",
-            "metre, radian, y",
-            format!("{:?}", extension.units),
-        ));
-    }
-    if extension.association != association() {
-        return Err(AvatarError::new(
-            file,
-            "CREASE_avatar.association",
-            "the table of version 2",
-            format!("{:?}", extension.association),
-        ));
-    }
-    Ok(extension)
 }
 
 impl Reader<'_> {

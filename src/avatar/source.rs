@@ -3,7 +3,7 @@
 use super::AvatarError;
 use super::deflate::unpack;
 use super::document::{self, Document};
-use super::extension::{Number, Table};
+use super::extension::{Extension, Number, Table};
 use crate::memory::Allowance;
 use glam::Vec3A;
 use half::f16;
@@ -19,7 +19,7 @@ pub struct Reader<'a> {
     /// The BIN chunk.
     pub binary: &'a [u8],
     /// The JSON chunk.
-    pub document: &'a Document<serde_json::Value>,
+    pub document: &'a Document<Extension>,
     /// Memory that tables may take.
     pub allowance: Allowance,
 }
@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
             return Err(self.error(field, format!("{component_types:?} {shape} normalized {normalized}"), found));
         }
         let stride = self.entry(&self.document.buffer_views, accessor.buffer_view, field)?.byte_stride;
-        if accessor.sparse.is_some() || stride.is_some_and(|stride| stride != size * width) {
+        if accessor.is_sparse || stride.is_some_and(|stride| stride != size * width) {
             return Err(self.error(field, "a packed accessor", "a sparse or strided one"));
         }
         let view = self.view(accessor.buffer_view, field)?;

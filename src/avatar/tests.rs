@@ -125,7 +125,17 @@ fn other_files_are_told_by_their_header() {
         json.as_object_mut().unwrap().remove("extensions");
     });
     let error = Avatar::read(&plain, "test.glb").unwrap_err();
-    assert!(error.found.contains("extensions"), "{error}");
+    assert_eq!(error.to_string(), "test.glb: extensions: expected an object, found nothing");
+}
+
+#[test]
+fn json_that_takes_too_much_memory_is_refused() {
+    let file = compact_avatar().write();
+    let bloated = with_json(&file, |json| json["extras"] = json!(vec![0; 1 << 21]));
+    let error = Avatar::read(&bloated, "test.glb").unwrap_err();
+    assert!(error.field == "JSON chunk" && error.expected.contains("bytes in memory"), "{error}");
+    let more = with_json(&file, |json| json["extras"] = json!(vec![0; 1 << 10]));
+    assert!(Avatar::read(&more, "test.glb").is_ok());
 }
 
 #[test]
@@ -196,7 +206,14 @@ fn errors_name_field_expected_and_found() {
         ("anchorWeight", |e| e["anchorWeight"] = json!(-1.0)),
         ("factor.permutation.shape", |e| e["factor"]["permutation"]["shape"][0] = json!(3)),
         ("factor.values.type", |e| e["factor"]["values"]["type"] = json!("f32")),
-        ("CREASE_avatar", |e| e["scheme"] = json!("cubic")),
+        ("CREASE_avatar.scheme", |e| e["scheme"] = json!("cubic")),
+        ("CREASE_avatar.laplacian.kind", |e| e["laplacian"]["kind"] = json!("table")),
+        ("CREASE_avatar.laplacian.regions[1].rows", |e| e["laplacian"]["regions"][1]["rows"] = json!([1])),
+        ("CREASE_avatar.rest.type", |e| e["rest"]["type"] = json!("f64")),
+        ("CREASE_avatar.rest.shape[1]", |e| e["rest"]["shape"][1] = json!(-3)),
+        ("CREASE_avatar.anchors", |e| e["anchors"] = json!(null)),
+        ("CREASE_avatar.anchorWeight", |e| e["anchorWeight"] = json!(1e300)),
+        ("CREASE_avatar.provenance", |e| e["provenance"] = json!("none")),
     ];
     let file = compact_avatar().write();
     for (field, change) in changes {

@@ -89,7 +89,7 @@ impl BufferWriter {
             shape: shape.into(),
             min: None,
             max: None,
-            sparse: None,
+            is_sparse: false,
         });
         self.accessors.len() - 1
     }
@@ -168,8 +168,8 @@ fn drawn_mesh(avatar: &Avatar, buffer: &mut BufferWriter) -> document::Mesh {
     let position = buffer.vertex_attribute(&float_bytes(&drawn(&positions)), document::FLOAT, "VEC3", count);
     let smallest = positions.iter().fold(Vec3A::INFINITY, |bound, &p| bound.min(p));
     let largest = positions.iter().fold(Vec3A::NEG_INFINITY, |bound, &p| bound.max(p));
-    buffer.accessors[position].min = Some(smallest.to_array().to_vec());
-    buffer.accessors[position].max = Some(largest.to_array().to_vec());
+    buffer.accessors[position].min = Some(smallest.to_array());
+    buffer.accessors[position].max = Some(largest.to_array());
     let normal = buffer.vertex_attribute(&float_bytes(&drawn(&normals)), document::FLOAT, "VEC3", count);
 
     let skin = &avatar.rig.skin;

@@ -75,3 +75,46 @@ fn entries_that_are_no_arrays_are_errors() {
     assert_eq!(error_of(&zip_with("a.npy", b"hello")).field, "a");
     assert_eq!(error_of(b"PK\x03\x04").field, "archive");
 }
+
+/// A stored archive of `a.npy` and `b.npy`, one number each, after `change`.
+fn changed(change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    let array = Array::new(&[1], vec![1.5f32]);
+    let mut bytes = write_npz(&[("a", &array), ("b", &array)], Compression::Stored).unwrap();
+    change(&mut bytes);
+    bytes
+}
+
+fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
+    let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(old)).collect();
+    assert!(!places.is_empty());
+    places.iter().for_each(|&at| bytes[at..at + new.len()].copy_from_slice(new));
+}
+
+#[test]
+fn two_entries_of_one_name_are_an_error() {
+    assert!(Archive::open(&changed(|_| ()), "test.npz").is_ok());
+    let error = error_of(&changed(|bytes| replace(bytes, b"b.npy", b"a.npy")));
+    assert_eq!((error.field.as_str(), error.found.as_str()), ("archive", "two of \"a.npy\""));
+}
+
+#[test]
+fn a_checksum_that_does_not_fit_is_an_error() {
+    let error = error_of(&changed(|bytes| replace(bytes, &1.5f32.to_le_bytes(), &1.25f32.to_le_bytes())));
+    assert!(error.field == "a" && error.expected.starts_with("the checksum"), "{error}");
+}
+
+#[test]
+fn unknown_methods_and_encryption_are_errors() {
+    // The central directory's first entry: flags at 8, method at 10.
+    let central = |bytes: &[u8]| bytes.windows(4).position(|window| window == b"PK\x01\x02").unwrap();
+    let error = error_of(&changed(|bytes| {
+        let at = central(bytes);
+        bytes[at + 10] = 12;
+    }));
+    assert_eq!((error.field.as_str(), error.found.as_str()), ("a", "method 12"));
+    let error = error_of(&changed(|bytes| {
+        let at = central(bytes);
+        bytes[at + 8] |= 1;
+    }));
+    assert_eq!((error.field.as_str(), error.found.as_str()), ("a", "an encrypted one"));
+}

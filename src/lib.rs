@@ -33,3 +33,5 @@ pub mod rotation;
 #[cfg(all(test, any(feature = "render", feature = "gpu")))]
 mod shader_check;
 pub mod solver;
+#[cfg(any(feature = "render", feature = "gpu"))]
+mod wgsl;

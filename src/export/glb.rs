@@ -1,9 +1,10 @@
 //! glTF 2.0 in one binary file: one mesh, one material, the texture inside.
+//!
+//! The JSON is written as text: a page would have to download whatever builds it otherwise.
 
 use super::ExportedMesh;
 use crate::avatar::Glb;
 use glam::Vec3A;
-use serde_json::{Value, json};
 
 const UNSIGNED_BYTE: u32 = 5121;
 const UNSIGNED_INT: u32 = 5125;
@@ -18,43 +19,47 @@ pub(super) fn encode(mesh: &ExportedMesh) -> Vec<u8> {
         vectors.iter().flat_map(|vector| vector.to_array()).flat_map(f32::to_le_bytes).collect()
     };
     let corners: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|corner| corner.to_le_bytes()).collect();
-    let indices = buffer.accessor(&corners, ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, "SCALAR", 3 * mesh.triangles.len());
-    let position = buffer.accessor(&floats(&mesh.positions), ARRAY_BUFFER, FLOAT, "VEC3", count);
+    let corner_count = 3 * mesh.triangles.len();
+    let indices = buffer.accessor(&corners, ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, "SCALAR", corner_count, "");
     let bound = |start: Vec3A, pick: fn(Vec3A, Vec3A) -> Vec3A| {
         mesh.positions.iter().fold(start, |bound, &position| pick(bound, position)).to_array()
     };
-    buffer.accessors[position]["min"] = json!(bound(Vec3A::INFINITY, Vec3A::min));
-    buffer.accessors[position]["max"] = json!(bound(Vec3A::NEG_INFINITY, Vec3A::max));
+    let [low, high] = [bound(Vec3A::INFINITY, Vec3A::min), bound(Vec3A::NEG_INFINITY, Vec3A::max)];
+    let bounds = format!(r#","min":{low:?},"max":{high:?}"#);
+    let position = buffer.accessor(&floats(&mesh.positions), ARRAY_BUFFER, FLOAT, "VEC3", count, &bounds);
     // A vertex without an area around it has no normal; glTF wants unit vectors.
     let normals: Vec<Vec3A> = mesh.normals.iter().map(|normal| normal.normalize_or(Vec3A::Y)).collect();
-    let normal = buffer.accessor(&floats(&normals), ARRAY_BUFFER, FLOAT, "VEC3", count);
-    let mut attributes = json!({ "POSITION": position, "NORMAL": normal });
-    let mut material = json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.9 } });
-    let mut document = json!({
-        "asset": { "version": "2.0", "generator": concat!("crease ", env!("CARGO_PKG_VERSION")) },
-        "scene": 0,
-        "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0 }],
-    });
+    let normal = buffer.accessor(&floats(&normals), ARRAY_BUFFER, FLOAT, "VEC3", count, "");
+    let mut attributes = format!(r#""POSITION":{position},"NORMAL":{normal}"#);
+    let (mut picture, mut base_colour) = (String::new(), "");
     if let (Some(texture), false) = (&mesh.texture, mesh.texture_coordinates.is_empty()) {
         let data: Vec<u8> = mesh.texture_coordinates.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
-        attributes["TEXCOORD_0"] = json!(buffer.accessor(&data, ARRAY_BUFFER, FLOAT, "VEC2", count));
-        material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
-        document["textures"] = json!([{ "source": 0 }]);
-        document["images"] = json!([{ "bufferView": buffer.view(&texture.bytes, None), "mimeType": texture.mime }]);
+        let coordinates = buffer.accessor(&data, ARRAY_BUFFER, FLOAT, "VEC2", count, "");
+        attributes += &format!(r#","TEXCOORD_0":{coordinates}"#);
+        base_colour = r#""baseColorTexture":{"index":0},"#;
+        let view = buffer.view(&texture.bytes, "");
+        // Of the two kinds that glTF knows.
+        let mime = if texture.mime == "image/jpeg" { "image/jpeg" } else { "image/png" };
+        picture = format!(r#""textures":[{{"source":0}}],"images":[{{"bufferView":{view},"mimeType":"{mime}"}}],"#);
     } else if !mesh.colours.is_empty() {
         // glTF's colours are linear.
         let data: Vec<u8> = mesh.colours.iter().flat_map(|&[r, g, b]| [linear(r), linear(g), linear(b), 255]).collect();
-        let colours = buffer.accessor(&data, ARRAY_BUFFER, UNSIGNED_BYTE, "VEC4", count);
-        buffer.accessors[colours]["normalized"] = json!(true);
-        attributes["COLOR_0"] = json!(colours);
+        let normalized = r#","normalized":true"#;
+        let colours = buffer.accessor(&data, ARRAY_BUFFER, UNSIGNED_BYTE, "VEC4", count, normalized);
+        attributes += &format!(r#","COLOR_0":{colours}"#);
     }
-    document["meshes"] = json!([{ "primitives": [{ "attributes": attributes, "indices": indices, "material": 0 }] }]);
-    document["materials"] = json!([material]);
-    document["accessors"] = json!(buffer.accessors);
-    document["bufferViews"] = json!(buffer.views);
-    document["buffers"] = json!([{ "byteLength": buffer.bytes.len() }]);
-    Glb::assemble(document.to_string().into_bytes(), buffer.bytes)
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0","generator":"crease {version}"}},
+"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],{picture}
+"meshes":[{{"primitives":[{{"attributes":{{{attributes}}},"indices":{indices},"material":0}}]}}],
+"materials":[{{"pbrMetallicRoughness":{{{base_colour}"metallicFactor":0,"roughnessFactor":0.9}}}}],
+"accessors":[{accessors}],"bufferViews":[{views}],"buffers":[{{"byteLength":{length}}}]}}"#,
+        version = env!("CARGO_PKG_VERSION"),
+        accessors = buffer.accessors.join(","),
+        views = buffer.views.join(","),
+        length = buffer.bytes.len(),
+    );
+    Glb::assemble(json.into_bytes(), buffer.bytes)
 }
 
 fn linear(encoded: u8) -> u8 {
@@ -63,31 +68,37 @@ fn linear(encoded: u8) -> u8 {
     (255.0 * linear).round() as u8
 }
 
-/// The binary chunk as it grows.
+/// The binary chunk as it grows, and the JSON of what lies in it.
 #[derive(Default)]
 struct Buffer {
     bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
+    views: Vec<String>,
+    accessors: Vec<String>,
 }
 
 impl Buffer {
-    /// A new buffer view, on a multiple of four.
-    fn view(&mut self, data: &[u8], target: Option<u32>) -> usize {
-        let mut view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": data.len() });
-        if let Some(target) = target {
-            view["target"] = json!(target);
-        }
-        self.views.push(view);
+    /// A new buffer view, on a multiple of four; `members` are further ones of its object, each after a comma.
+    fn view(&mut self, data: &[u8], members: &str) -> usize {
+        let (offset, length) = (self.bytes.len(), data.len());
+        self.views.push(format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length}{members}}}"#));
         self.bytes.extend(data);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         self.views.len() - 1
     }
 
-    fn accessor(&mut self, data: &[u8], target: u32, component_type: u32, shape: &str, count: usize) -> usize {
-        let view = self.view(data, Some(target));
-        self.accessors
-            .push(json!({ "bufferView": view, "componentType": component_type, "type": shape, "count": count }));
+    fn accessor(
+        &mut self,
+        data: &[u8],
+        target: u32,
+        component_type: u32,
+        shape: &str,
+        count: usize,
+        members: &str,
+    ) -> usize {
+        let view = self.view(data, &format!(r#","target":{target}"#));
+        self.accessors.push(format!(
+            r#"{{"bufferView":{view},"componentType":{component_type},"type":"{shape}","count":{count}{members}}}"#
+        ));
         self.accessors.len() - 1
     }
 }

@@ -3,11 +3,12 @@
 use super::inverse_factor::{InverseFactor, NONE};
 use super::kernel::{Dispatch, Kernel, Shader, WORKGROUP_LIMIT, numbered, storage_of, vectors};
 use crate::solver::FactorParts;
+use crate::wgsl::wgsl;
 use half::f16;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = include_str!("coarse_solve.wgsl");
+pub(super) const SOURCE: &str = wgsl!(include_str!("coarse_solve.wgsl"));
 
 /// Columns of a workgroup of `backward`.
 const COLUMNS: usize = 16;

@@ -2,10 +2,11 @@
 
 use super::kernel::{Dispatch, Shader, storage, storage_of};
 use crate::network::Compact;
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = concat!(include_str!("frame.wgsl"), include_str!("compact.wgsl"));
+pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("compact.wgsl"));
 
 /// Host twin of `Region` in compact.wgsl.
 #[repr(C)]

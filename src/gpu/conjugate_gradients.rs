@@ -7,10 +7,11 @@ use super::normal_operator::{GpuOperator, OperatorKernels};
 use super::topology::GpuRings;
 use crate::mesh::Subdivision;
 use crate::solver::Solver;
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, CommandEncoder, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = include_str!("conjugate_gradients.wgsl");
+pub(super) const SOURCE: &str = wgsl!(include_str!("conjugate_gradients.wgsl"));
 
 /// Partial sums of an inner product, and workgroups that make them.
 const PARTIAL_COUNT: usize = 64;

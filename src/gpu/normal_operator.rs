@@ -4,10 +4,11 @@ use super::kernel::{Dispatch, Kernel, Shader, storage_of, uniform_of, vectors};
 use super::topology::GpuRings;
 use crate::mesh::{Adjacency, Subdivision};
 use crate::solver::OperatorParts;
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = include_str!("normal_operator.wgsl");
+pub(super) const SOURCE: &str = wgsl!(include_str!("normal_operator.wgsl"));
 
 /// The entry points.
 pub(super) struct OperatorKernels {

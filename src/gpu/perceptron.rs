@@ -3,16 +3,17 @@
 use super::kernel::{Dispatch, Shader, storage, storage_of, uniform_of};
 use crate::network::{Domain, Mlp};
 use crate::pose_feature::PoseMask;
+use crate::wgsl::wgsl;
 use half::f16;
 use wgpu::{Buffer, BufferBinding, Device, Features};
 
 /// WGSL of the pass where numbers of 16 bits are at hand.
 pub(super) const HALF_SOURCE: &str =
-    concat!("enable f16;\nalias real = f16;\n", include_str!("frame.wgsl"), include_str!("perceptron.wgsl"));
+    wgsl!("enable f16;\nalias real = f16;\n", include_str!("frame.wgsl"), include_str!("perceptron.wgsl"));
 
 /// WGSL of the pass everywhere.
 pub(super) const SINGLE_SOURCE: &str =
-    concat!("alias real = f32;\n", include_str!("frame.wgsl"), include_str!("perceptron.wgsl"));
+    wgsl!("alias real = f32;\n", include_str!("frame.wgsl"), include_str!("perceptron.wgsl"));
 
 /// Most vertices whose activations are in memory at a time.
 const BATCH: usize = 8192;

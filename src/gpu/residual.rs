@@ -2,10 +2,11 @@
 
 use super::kernel::{Dispatch, Kernel, Shader, numbered};
 use super::topology::{GpuCorners, GpuRings};
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = concat!(include_str!("frame.wgsl"), include_str!("residual.wgsl"));
+pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("residual.wgsl"));
 
 /// Makes r of base mesh and posed δ.
 pub(super) struct ResidualKernel(Kernel);

@@ -5,10 +5,11 @@ use super::sparse::stencils;
 use crate::body::Skin;
 use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Scheme, Subdivision};
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = concat!(include_str!("frame.wgsl"), include_str!("rotation.wgsl"));
+pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("rotation.wgsl"));
 
 /// Turns `vectors`, one for each vertex of `level`, in place.
 pub(super) fn rotate(

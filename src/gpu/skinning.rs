@@ -2,11 +2,12 @@
 
 use super::kernel::{Dispatch, Shader, storage_of};
 use crate::body::Rig;
+use crate::wgsl::wgsl;
 use glam::Vec3A;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = concat!(include_str!("frame.wgsl"), include_str!("skinning.wgsl"));
+pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("skinning.wgsl"));
 
 /// Host twin of `Vertex` in skinning.wgsl.
 #[repr(C)]

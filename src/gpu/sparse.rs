@@ -3,10 +3,11 @@
 use super::kernel::{Dispatch, Kernel, Shader, numbered, storage_of};
 use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Scheme, Subdivision};
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = include_str!("sparse.wgsl");
+pub(super) const SOURCE: &str = wgsl!(include_str!("sparse.wgsl"));
 
 /// out = M x and out += M x.
 pub(super) struct SparseKernels {

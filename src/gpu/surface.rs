@@ -2,10 +2,11 @@
 
 use super::kernel::{Dispatch, Kernel, Shader, front, whole};
 use super::topology::GpuCorners;
+use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = concat!(include_str!("frame.wgsl"), include_str!("surface.wgsl"));
+pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("surface.wgsl"));
 
 /// Bytes of a drawn vertex: see `SurfaceVertex`.
 const VERTEX_BYTES: u64 = 16;

@@ -1,7 +1,9 @@
 //! WGSL of all passes.
 
+use crate::wgsl::wgsl;
+
 macro_rules! joined {
-    ($($file:literal)*) => { concat!($(include_str!($file)),*) };
+    ($($file:literal)*) => { wgsl!($(include_str!($file)),*) };
 }
 
 /// Sky and floor.
@@ -11,4 +13,4 @@ pub const FIGURE: &str = joined!("globals.wgsl" "figure_vertices_buffer.wgsl" "s
 /// The figure's depth as a light sees it.
 pub const DEPTH_MAP: &str = joined!("figure_vertices_buffer.wgsl" "surface_vertex.wgsl" "depth_map.wgsl");
 /// Halving a texture.
-pub const MIPMAP: &str = include_str!("mipmap.wgsl");
+pub const MIPMAP: &str = joined!("mipmap.wgsl");

@@ -7,13 +7,14 @@ mod quality;
 pub use clock::Clock;
 pub use quality::{QUALITY_LEVELS, QualityController, QualityLevel};
 
-use crate::animate::{Animator, Options, Part};
+use crate::animate::{Animator, BaseAnimator, Options, Part};
 use crate::avatar::{Avatar, AvatarError};
 use crate::body::Pose;
-use crate::mesh::{Triangle, vertex_normals};
+use crate::mesh::{Subdivision, Triangle, vertex_normals};
 use crate::motion::{Motion, Timeline};
 use glam::{Vec3, Vec3A};
 use pose_source::PoseSource;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// A motion that the avatar's skeleton cannot follow.
@@ -68,10 +69,40 @@ pub struct Posed<'a> {
     pub coarser: usize,
 }
 
+/// How far the avatar is ready. The base is there at once, so that a page need not wait for the solver to show something.
+#[expect(clippy::large_enum_variant, reason = "a player has one of them")]
+enum Prepared {
+    Base(BaseAnimator),
+    Detailed(Animator),
+}
+
+impl Prepared {
+    fn animate(&mut self, pose: &Pose, options: &Options, observe: &mut dyn FnMut(Part)) -> &[Vec3A] {
+        match self {
+            Self::Base(base) => base.animate_observed(pose, options, observe),
+            Self::Detailed(animator) => animator.animate_observed(pose, options, observe),
+        }
+    }
+
+    fn subdivision(&self) -> &Subdivision {
+        match self {
+            Self::Base(base) => base.subdivision(),
+            Self::Detailed(animator) => animator.subdivision(),
+        }
+    }
+
+    fn levels(&self) -> RangeInclusive<usize> {
+        match self {
+            Self::Base(base) => base.levels(),
+            Self::Detailed(animator) => animator.levels(),
+        }
+    }
+}
+
 /// An avatar, the motion that it plays, and when.
 pub struct Player {
     avatar: Arc<Avatar>,
-    animator: Animator,
+    prepared: Prepared,
     source: PoseSource,
     /// Play, pause, seek, loop and rate.
     pub clock: Clock,
@@ -82,6 +113,8 @@ pub struct Player {
     controller: QualityController,
     fixed_quality: Option<usize>,
     wanted: Option<Wanted>,
+    /// Room for the next pose, and for what it fades into.
+    next: [Pose; 2],
     /// The solver must not start from what the last call left.
     cold: bool,
     /// Frames depend on the pose alone, until time runs again.
@@ -94,24 +127,46 @@ pub struct Player {
 impl Player {
     /// Prepares `avatar`. It stands in its rest pose, feet on the floor, until there is a motion.
     pub fn new(avatar: Arc<Avatar>) -> Result<Self, AvatarError> {
-        let animator = Animator::new(avatar.clone())?;
-        let source = PoseSource::new(standing_pose(&avatar));
+        let mut player = Self::with_base(avatar)?;
+        player.prepare_detail()?;
+        Ok(player)
+    }
+
+    /// Prepares `avatar` as far as its base, which is shown where the detailed stage is asked for, until [`Self::prepare_detail`].
+    pub fn with_base(avatar: Arc<Avatar>) -> Result<Self, AvatarError> {
+        let base = BaseAnimator::new(avatar.clone())?;
+        let standing = standing_pose(&avatar);
         Ok(Self {
             avatar,
-            animator,
-            source,
+            prepared: Prepared::Base(base),
+            source: PoseSource::new(standing.clone()),
             clock: Clock::default(),
             options: Options::default(),
             tells_laplacian: false,
             controller: QualityController::default(),
             fixed_quality: None,
             wanted: None,
+            next: [standing.clone(), standing],
             cold: false,
             exact: false,
             positions: Vec::new(),
             normals: Vec::new(),
             laplacian: Vec::new(),
         })
+    }
+
+    /// Sets up the solver, unless that is done; the next frame is posed anew.
+    pub fn prepare_detail(&mut self) -> Result<(), AvatarError> {
+        if let Prepared::Base(base) = &self.prepared {
+            self.prepared = Prepared::Detailed(Animator::over(base.clone())?);
+            self.pose_again();
+        }
+        Ok(())
+    }
+
+    /// Whether the detailed stage can be shown.
+    pub fn is_detailed(&self) -> bool {
+        matches!(self.prepared, Prepared::Detailed(_))
     }
 
     /// Replaces the motions, played one after the other, and starts them from the beginning; none goes back to the rest pose. While time
@@ -125,7 +180,7 @@ impl Player {
         self.clock.set_duration(timeline.as_ref().map_or(0.0, Timeline::duration));
         self.source.set_timeline(timeline);
         if let Some(before) = before {
-            self.source.fade_from(before);
+            self.source.fade_from(&before);
         }
         Ok(())
     }
@@ -214,11 +269,16 @@ impl Player {
     /// Moves the clock by `seconds` of real time and returns what is to be shown if that changed, for whoever poses the avatar elsewhere.
     pub fn step(&mut self, seconds: f64) -> Option<&Wanted> {
         self.let_time_pass(seconds);
-        let wanted = self.wanted_now();
-        if self.wanted.as_ref() == Some(&wanted) {
+        let [next, other] = &mut self.next;
+        self.source.pose_into(self.clock.seconds(), next, other);
+        let (options, coarser) = self.frame_options();
+        let wanted = self.wanted.get_or_insert_with(|| Wanted { pose: Pose::rest(0), options, coarser });
+        if wanted.pose == self.next[0] && wanted.options == options && wanted.coarser == coarser {
             return None;
         }
-        Some(self.wanted.insert(wanted))
+        std::mem::swap(&mut wanted.pose, &mut self.next[0]);
+        (wanted.options, wanted.coarser) = (options, coarser);
+        self.wanted.as_ref()
     }
 
     fn let_time_pass(&mut self, seconds: f64) {
@@ -227,7 +287,8 @@ impl Player {
         self.source.advance(seconds, running);
         if running && self.clock.advance(seconds) {
             let end = if self.clock.rate() < 0.0 { 0.0 } else { self.clock.duration() };
-            let last = self.source.pose(end);
+            let [last, other] = &mut self.next;
+            self.source.pose_into(end, last, other);
             self.source.fade_from(last);
         }
     }
@@ -255,7 +316,7 @@ impl Player {
         }
         let Some(Wanted { pose, options, coarser }) = &self.wanted else { return Ok(None) };
         let options = Options { warm_start: options.warm_start && !self.cold, ..*options };
-        let positions = self.animator.animate_observed(pose, &options, observe);
+        let positions = self.prepared.animate(pose, &options, observe);
         let count = positions.iter().filter(|position| !position.is_finite()).count();
         self.cold = count > 0;
         if count > 0 {
@@ -264,16 +325,17 @@ impl Player {
         self.positions.clear();
         self.positions.extend_from_slice(positions);
         self.normals.resize(self.positions.len(), Vec3A::ZERO);
-        let subdivision = self.animator.subdivision();
+        let subdivision = self.prepared.subdivision();
         vertex_normals(&self.positions, subdivision.triangles(options.level), &mut self.normals);
+        // A coarser level's vertices come first on every finer one.
+        let drawn = subdivision.vertex_count(subdivision.level_count() - coarser);
         self.laplacian.clear();
-        if self.tells_laplacian {
-            let deltas = self.animator.learned_laplacian(pose, options.level);
+        if self.tells_laplacian
+            && let Prepared::Detailed(animator) = &mut self.prepared
+        {
+            let deltas = animator.learned_laplacian(pose, options.level);
             self.laplacian.extend(deltas.iter().zip(&self.normals).map(|(delta, normal)| delta.dot(*normal)));
         }
-        // A coarser level's vertices come first on every finer one.
-        let subdivision = self.animator.subdivision();
-        let drawn = subdivision.vertex_count(subdivision.level_count() - coarser);
         Ok(Some(Posed {
             positions: &self.positions[..drawn],
             normals: &self.normals[..drawn],
@@ -289,10 +351,10 @@ impl Player {
 
     /// What a frame of this moment and of the present quality shows. While time runs the solver starts from the last frames, as poses follow
     /// each other; a picture that stands depends on its pose alone.
-    fn wanted_now(&self) -> Wanted {
+    fn frame_options(&self) -> (Options, usize) {
         let quality = self.quality();
-        let finest = self.animator.subdivision().level_count();
-        let level = |coarser| finest.saturating_sub(coarser).clamp(*self.animator.levels().start(), finest);
+        let (coarsest, finest) = self.prepared.levels().into_inner();
+        let level = |coarser| finest.saturating_sub(coarser).clamp(coarsest, finest);
         let options = Options {
             stop: quality.stop,
             warm_start: !self.exact && (self.clock.running() || self.source.is_live()),
@@ -301,7 +363,7 @@ impl Player {
             ..self.options
         };
         let coarser = (finest - options.level + quality.coarser_triangles).min(finest);
-        Wanted { pose: self.pose(), options, coarser }
+        (options, coarser)
     }
 
     /// Keeps one of [`QUALITY_LEVELS`], or lets quality follow the machine.
@@ -323,47 +385,57 @@ impl Player {
         }
     }
 
-    /// Goes on with another avatar of the same skeleton, in the same state.
+    /// Goes on with another avatar of the same skeleton, in the same state, its detail included.
     pub fn replace_avatar(&mut self, avatar: Arc<Avatar>) -> Result<(), AvatarError> {
-        self.animator = Animator::new(avatar.clone())?;
+        self.prepared = Prepared::Detailed(Animator::new(avatar.clone())?);
         self.avatar = avatar;
         self.pose_again();
         Ok(())
     }
 
-    /// The finest mesh of the moment that is shown: positions, metres. It depends on the pose alone.
+    /// The finest mesh of the moment that is shown: positions, metres. It depends on the pose alone. Without detail before
+    /// [`Self::prepare_detail`].
     pub fn finest_mesh(&mut self) -> Vec<Vec3A> {
         let (pose, shown) = (self.pose(), self.options);
         let options = Options { level: usize::MAX, solve_level: usize::MAX, ..shown };
-        let positions = self.animator.animate(&pose, &options).to_vec();
+        let positions = self.prepared.animate(&pose, &options, &mut |_| ()).to_vec();
         self.cold = true;
         positions
     }
 
     /// Iterations of the solver in the last frame.
     pub fn iterations(&self) -> u32 {
-        self.animator.iterations()
+        self.animator().map_or(0, Animator::iterations)
     }
 
     /// Vertices of the finest level.
     pub fn vertex_count(&self) -> usize {
-        let subdivision = self.animator.subdivision();
+        let subdivision = self.prepared.subdivision();
         subdivision.vertex_count(subdivision.level_count())
     }
 
     /// Triangles of the finest level.
     pub fn triangles(&self) -> &[Triangle] {
-        self.animator.triangles()
+        let subdivision = self.prepared.subdivision();
+        subdivision.triangles(subdivision.level_count())
     }
 
-    /// What poses the avatar on the CPU.
-    pub fn animator(&self) -> &Animator {
-        &self.animator
+    /// What poses the avatar on the CPU; none before [`Self::prepare_detail`].
+    pub fn animator(&self) -> Option<&Animator> {
+        match &self.prepared {
+            Prepared::Base(_) => None,
+            Prepared::Detailed(animator) => Some(animator),
+        }
+    }
+
+    /// The avatar, to keep.
+    pub fn shared_avatar(&self) -> Arc<Avatar> {
+        Arc::clone(&self.avatar)
     }
 
     /// The avatar.
     pub fn avatar(&self) -> &Avatar {
-        self.animator.avatar()
+        &self.avatar
     }
 }
 
@@ -384,6 +456,8 @@ fn check_joints(motion: &Motion, expected: usize) -> Result<(), JointCountError>
 #[cfg(test)]
 mod tests {
     use super::*;
+    #[cfg(feature = "factor")]
+    use crate::animate::Stage;
 
     #[cfg(feature = "factor")]
     fn fixture() -> Player {
@@ -407,6 +481,35 @@ mod tests {
         assert!(advance(&mut player, 1.0).unwrap().is_none(), "it stands");
         player.options.detail = 0.5;
         assert!(advance(&mut player, 0.0).unwrap().is_some());
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn the_base_is_there_before_the_solver_and_the_detail_after_it() {
+        let mut whole = fixture();
+        let detailed = advance(&mut whole, 0.0).unwrap().unwrap().positions.to_vec();
+        whole.options.stage = Stage::Base;
+        let base = advance(&mut whole, 0.0).unwrap().unwrap().positions.to_vec();
+        assert_ne!(detailed, base);
+
+        let mut player = Player::with_base(Arc::new(crate::fixture::compact_avatar())).unwrap();
+        assert!(!player.is_detailed());
+        assert_eq!(advance(&mut player, 0.0).unwrap().unwrap().positions, base);
+        player.prepare_detail().unwrap();
+        assert!(player.is_detailed());
+        assert_eq!(advance(&mut player, 0.0).unwrap().unwrap().positions, detailed);
+        assert_eq!(advance(&mut player, 0.0), Ok(None));
+    }
+
+    #[test]
+    #[cfg(feature = "factor")]
+    fn a_factor_that_does_not_fit_is_an_error_of_the_detail() {
+        let mut avatar = crate::fixture::compact_avatar();
+        avatar.factor.values.pop();
+        let mut player = Player::with_base(Arc::new(avatar)).unwrap();
+        assert!(advance(&mut player, 0.0).unwrap().is_some());
+        assert_eq!(player.prepare_detail().unwrap_err().field, "factor.values");
+        assert!(!player.is_detailed());
     }
 
     #[test]
@@ -473,7 +576,7 @@ mod tests {
             let posed = advance(&mut player, 0.0).unwrap().unwrap();
             (posed.positions.len(), posed.normals.to_vec(), posed.coarser)
         });
-        let subdivision = player.animator().subdivision();
+        let subdivision = player.animator().unwrap().subdivision();
         assert_eq!((low.0, low.2), (subdivision.vertex_count(1), 1));
         assert_eq!((lowest.0, lowest.2), (subdivision.vertex_count(0), 2));
         let furthest = lowest.1.iter().zip(&low.1).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);

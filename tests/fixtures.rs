@@ -1,6 +1,9 @@
 //! The committed fixtures still mean what they meant when they were written (examples/write_fixtures.rs): natively, and as wasm in a
 //! headless browser.
 
+#[cfg(feature = "render")]
+mod allocations;
+
 use crease::animate::{Animator, Options};
 use crease::avatar::Avatar;
 use crease::body::Pose;

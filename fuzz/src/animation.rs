@@ -240,7 +240,8 @@ fn play(bytes: &[u8]) -> Result<()> {
         }
         match source.arbitrary::<Call>()? {
             Call::Advance(seconds) => {
-                let (count, finest) = (player.vertex_count(), player.animator().subdivision().level_count());
+                let animator = player.animator().expect("the detail is prepared");
+                let (count, finest) = (player.vertex_count(), animator.subdivision().level_count());
                 // What is not finite is an error, which a page shows; what is returned may be drawn.
                 if let Ok(Some(posed)) = player.advance(seconds, &mut |_| ()) {
                     assert!(posed.positions.iter().all(|position| position.is_finite()));

@@ -1,16 +1,18 @@
 //! Pose to detailed mesh on the CPU: the one definition of correct.
 
+mod base;
 mod surface;
 #[cfg(test)]
 mod tests;
 
+pub use base::BaseAnimator;
 pub use surface::PosedSurface;
 
 use crate::avatar::{Avatar, AvatarError, Form};
 use crate::body::Pose;
 use crate::laplacian::scale_per_area;
 use crate::mesh::{Mesh, Scheme, Subdivision, Triangle, mixed_voronoi_areas};
-use crate::network::{Domain, Scratch};
+use crate::network::Domain;
 use crate::solver::{Solver, Start, Stop};
 use glam::Vec3A;
 use std::ops::RangeInclusive;
@@ -77,15 +79,11 @@ pub enum Part {
 
 /// An avatar made ready to move: all that no frame changes, and scratch space.
 pub struct Animator {
-    avatar: Arc<Avatar>,
-    subdivision: Subdivision,
+    base: BaseAnimator,
     domains: Vec<Domain>,
     pub(crate) solver: Solver,
     /// s/a of each vertex, for the levels on which the solver solves, coarsest first.
     scales_per_area: Vec<Vec<f32>>,
-    surface: PosedSurface,
-    scratch: Scratch,
-    offsets: Vec<Vec3A>,
     /// δ of f_l, posed, from its own level up to the finest.
     laplacians: Vec<Vec<Vec3A>>,
     areas: Vec<f32>,
@@ -99,31 +97,36 @@ pub struct Animator {
 impl Animator {
     /// Prepares `avatar`, after [`Avatar::validate`].
     pub fn new(avatar: Arc<Avatar>) -> Result<Self, AvatarError> {
-        avatar.validate(&avatar.name)?;
-        let finest_level = avatar.level_count as usize;
-        let subdivision = Subdivision::new(avatar.rig.rest.len(), &avatar.triangles, finest_level);
+        Self::over(BaseAnimator::new(avatar)?)
+    }
+
+    /// Prepares what `base` still lacks: the solver, and what f_l needs, after a look at its values in the rest pose.
+    pub fn over(base: BaseAnimator) -> Result<Self, AvatarError> {
+        let (avatar, subdivision) = (base.avatar(), base.subdivision());
+        let finest_level = subdivision.level_count();
         let zeros = |level: usize| vec![Vec3A::ZERO; subdivision.vertex_count(level)];
         let laplacian_level = avatar.laplacian.level();
-        let solver = Solver::new(&subdivision, &avatar.anchors, avatar.anchor_weight, avatar.factor.clone())
+        let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, subdivision);
+        let joint_count = avatar.rig.parents.len();
+        if let Some(vertex) = avatar.laplacian.not_finite_at_rest(&domains[laplacian_level], joint_count) {
+            return Err(AvatarError::not_finite(&avatar.name, "laplacian", vertex));
+        }
+        let solver = Solver::new(subdivision, &avatar.anchors, avatar.anchor_weight, avatar.factor.clone())
             .map_err(|error| AvatarError::from_factor(&avatar.name, &error))?;
         let solver_levels = solver.coarsest_level()..=finest_level;
         let scales_per_area =
             |level: usize| solver.valences(level).into_iter().map(scale_per_area).collect::<Vec<f32>>();
         Ok(Self {
-            domains: Domain::levels(&avatar.canonical, &avatar.rig.skin, &subdivision),
+            domains,
             scales_per_area: solver_levels.clone().map(scales_per_area).collect(),
-            solver,
-            surface: PosedSurface::new(&subdivision),
-            scratch: Scratch::default(),
-            offsets: zeros(0),
             laplacians: (laplacian_level..=finest_level).map(zeros).collect(),
             areas: vec![0.0; subdivision.vertex_count(finest_level)],
             residual: zeros(finest_level),
             displacements: solver_levels.map(zeros).collect(),
             detailed: zeros(finest_level),
             iterations: 0,
-            subdivision,
-            avatar,
+            solver,
+            base,
         })
     }
 
@@ -131,45 +134,36 @@ impl Animator {
     /// Positions (metres, vertices of [`Options::level`]) stay valid until the next call. `pose` has one rotation for each of the avatar's
     /// joints.
     ///
-    /// Memory of the mesh's size is allocated in [`Animator::new`] and in the first calls alone.
+    /// Nothing is allocated after the first calls.
     pub fn animate(&mut self, pose: &Pose, options: &Options) -> &[Vec3A] {
         self.animate_observed(pose, options, &mut |_| ())
     }
 
     /// [`Self::animate`], telling `observe` of each part when it is done.
     pub fn animate_observed(&mut self, pose: &Pose, options: &Options, observe: &mut dyn FnMut(Part)) -> &[Vec3A] {
-        let avatar = Arc::clone(&self.avatar);
-        let offsets: &[Vec3A] = if options.stage == Stage::Body {
-            &[]
-        } else {
-            avatar.deformation.evaluate(&self.domains[0], pose, &mut self.scratch, &mut self.offsets);
-            &self.offsets
-        };
-        observe(Part::Deformation);
-        let (coarsest, finest) = self.levels().into_inner();
-        let level = options.level.clamp(coarsest, finest);
-        self.surface.pose(&avatar.rig, offsets, pose, &self.subdivision, avatar.scheme, level);
-        observe(Part::Base);
+        let level = self.base.level(options);
+        self.base.animate_observed(pose, options, observe);
         self.iterations = 0;
         if options.stage != Stage::Detailed || options.detail == 0.0 {
-            return self.surface.positions(level);
+            return self.base.surface.positions(level);
         }
-        let solve_level = options.solve_level.clamp(coarsest, level);
+        let solve_level = options.solve_level.clamp(*self.levels().start(), level);
         self.evaluate_laplacian(pose, solve_level);
         observe(Part::Laplacian);
         self.evaluate_residual(options.detail, solve_level);
         observe(Part::Residual);
         let start = if options.warm_start { Start::Earlier } else { Start::Base };
-        let residual = &self.residual[..self.subdivision.vertex_count(solve_level)];
+        let subdivision = self.base.subdivision();
+        let residual = &self.residual[..subdivision.vertex_count(solve_level)];
         let solved = solve_level - self.solver.coarsest_level();
         self.iterations =
             self.solver.solve(solve_level, residual, &mut self.displacements[solved], start, options.stop);
         for finer in solve_level..level {
             let (coarse, fine) = self.displacements.split_at_mut(finer - self.solver.coarsest_level() + 1);
-            self.subdivision.refine(Scheme::Loop, finer, &coarse[coarse.len() - 1], &mut fine[0]);
+            subdivision.refine(Scheme::Loop, finer, &coarse[coarse.len() - 1], &mut fine[0]);
         }
         let displacement = &self.displacements[level - self.solver.coarsest_level()];
-        let base = self.surface.positions(level);
+        let base = self.base.surface.positions(level);
         for ((detailed, base), displacement) in self.detailed.iter_mut().zip(base).zip(displacement) {
             *detailed = *base + *displacement;
         }
@@ -179,21 +173,21 @@ impl Animator {
 
     /// Levels that can be asked for.
     pub fn levels(&self) -> RangeInclusive<usize> {
-        self.solver.coarsest_level().max(self.avatar.laplacian.level())..=self.subdivision.level_count()
+        self.base.levels()
     }
 
     /// f_l, turned into the posed frame and carried to `level` by Loop's stencils.
     fn evaluate_laplacian(&mut self, pose: &Pose, level: usize) {
-        let function = &self.avatar.laplacian;
-        let own_level = function.level();
-        function.evaluate(&self.domains[own_level], pose, &mut self.scratch, &mut self.laplacians[0]);
-        let rotations = self.surface.rotations(&self.subdivision, own_level);
+        let BaseAnimator { avatar, subdivision, surface, scratch, .. } = &mut self.base;
+        let own_level = avatar.laplacian.level();
+        avatar.laplacian.evaluate(&self.domains[own_level], pose, scratch, &mut self.laplacians[0]);
+        let rotations = surface.rotations(subdivision, own_level);
         for (delta, rotation) in self.laplacians[0].iter_mut().zip(rotations) {
             *delta = *rotation * *delta;
         }
         for i in 0..level - own_level {
             let (coarse, fine) = self.laplacians.split_at_mut(i + 1);
-            self.subdivision.refine(Scheme::Loop, own_level + i, &coarse[i], &mut fine[0]);
+            subdivision.refine(Scheme::Loop, own_level + i, &coarse[i], &mut fine[0]);
         }
     }
 
@@ -202,19 +196,19 @@ impl Animator {
         let (coarsest, finest) = self.levels().into_inner();
         let level = level.clamp(coarsest, finest);
         self.evaluate_laplacian(pose, level);
-        &self.laplacians[level - self.avatar.laplacian.level()]
+        &self.laplacians[level - self.base.avatar.laplacian.level()]
     }
 
     /// r on `level`: s δ in the relative form, s δ − L u in the absolute one, times `detail`.
     fn evaluate_residual(&mut self, detail: f32, level: usize) {
-        let base = self.surface.positions(level);
-        mixed_voronoi_areas(base, self.subdivision.triangles(level), &mut self.areas[..base.len()]);
+        let base = self.base.surface.positions(level);
+        mixed_voronoi_areas(base, self.base.subdivision().triangles(level), &mut self.areas[..base.len()]);
         let residual = &mut self.residual[..base.len()];
-        match self.avatar.form {
+        match self.base.avatar.form {
             Form::Absolute => self.solver.laplacian(level, base, residual),
             Form::Relative => residual.fill(Vec3A::ZERO),
         }
-        let deltas = &self.laplacians[level - self.avatar.laplacian.level()];
+        let deltas = &self.laplacians[level - self.base.avatar.laplacian.level()];
         let scales_per_area = &self.scales_per_area[level - self.solver.coarsest_level()];
         let rows = residual.iter_mut().zip(deltas).zip(&self.areas).zip(scales_per_area);
         for (((residual, delta), area), scale_per_area) in rows {
@@ -224,22 +218,22 @@ impl Animator {
 
     /// Triangles of the finest level.
     pub fn triangles(&self) -> &[Triangle] {
-        self.subdivision.triangles(self.subdivision.level_count())
+        self.base.triangles()
     }
 
     /// The avatar.
     pub fn avatar(&self) -> &Avatar {
-        &self.avatar
+        self.base.avatar()
     }
 
     /// The avatar, to keep.
     pub fn shared_avatar(&self) -> Arc<Avatar> {
-        Arc::clone(&self.avatar)
+        Arc::clone(self.base.avatar())
     }
 
     /// Topology of all levels.
     pub fn subdivision(&self) -> &Subdivision {
-        &self.subdivision
+        self.base.subdivision()
     }
 
     /// Query points and masks of all levels.
@@ -249,7 +243,7 @@ impl Animator {
 
     /// Body or base mesh of the last call, all levels.
     pub fn surface(&self) -> &PosedSurface {
-        &self.surface
+        &self.base.surface
     }
 
     /// Iterations of the solver in the last call.

@@ -1,12 +1,13 @@
 //! The posed body on every level of its subdivision.
 
-use crate::body::{Pose, Rig, posed_from_rest};
+use crate::body::{Pose, Rig, put_posed_from_rest};
 use crate::mesh::{Scheme, Subdivision};
 use glam::{Affine3A, Mat3A, Vec3A};
 
 /// Positions and rotations of all levels for one pose, in memory that is reused from pose to pose.
 #[derive(Clone, Debug)]
 pub struct PosedSurface {
+    posed_from_rest: Vec<Affine3A>,
     blended: Vec<Affine3A>,
     positions: Vec<Vec<Vec3A>>,
     rotations: Vec<Vec<Mat3A>>,
@@ -17,6 +18,7 @@ impl PosedSurface {
     pub fn new(subdivision: &Subdivision) -> Self {
         let counts: Vec<usize> = (0..=subdivision.level_count()).map(|level| subdivision.vertex_count(level)).collect();
         Self {
+            posed_from_rest: Vec::new(),
             blended: vec![Affine3A::IDENTITY; counts[0]],
             positions: counts.iter().map(|&count| vec![Vec3A::ZERO; count]).collect(),
             rotations: vec![Vec::new(); counts.len()],
@@ -41,9 +43,9 @@ impl PosedSurface {
             *position += *offset;
         }
         rig.add_pose_blend_shapes(pose, posed);
-        let posed_from_rest = posed_from_rest(rig, pose);
+        put_posed_from_rest(rig, pose, &mut self.posed_from_rest);
         for (vertex, (position, blended)) in posed.iter_mut().zip(&mut self.blended).enumerate() {
-            *blended = rig.skin.blend(vertex, &posed_from_rest);
+            *blended = rig.skin.blend(vertex, &self.posed_from_rest);
             *position = blended.transform_point3a(*position);
         }
         for coarse_level in 0..level {

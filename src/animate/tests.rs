@@ -180,7 +180,7 @@ fn coarser_levels_are_near_and_their_vertices_come_first() {
         let carried_up = animate(finest, coarsest);
         let coarse = animate(coarsest, finest);
         assert_eq!(animate(0, 0), coarse, "no coarser than the avatar allows");
-        let base = animator.surface.positions(finest).to_vec();
+        let base = animator.surface().positions(finest).to_vec();
         assert_eq!((full.len(), carried_up.len()), (base.len(), base.len()));
         assert_eq!(coarse.len(), animator.subdivision().vertex_count(coarsest));
         let detail = largest_distance(&full, &base);
@@ -245,4 +245,24 @@ fn a_factor_of_another_topology_is_an_error() {
     avatar.factor.values.pop();
     let error = Animator::new(Arc::new(avatar)).err().expect("one value is missing");
     assert_eq!(error.field, "factor.values");
+}
+
+#[test]
+fn finite_weights_of_values_that_are_not_are_errors_at_load() {
+    type Pick = fn(&mut Avatar) -> &mut SurfaceFunction;
+    let functions: [(&str, Pick); 2] = [("deformation", |a| &mut a.deformation), ("laplacian", |a| &mut a.laplacian)];
+    for (field, function) in functions {
+        for avatar in [compact_avatar(), plain_avatar()] {
+            let mut avatar = avatar;
+            match function(&mut avatar) {
+                SurfaceFunction::Mlp(mlp) => {
+                    mlp.layers.iter_mut().flat_map(|layer| &mut layer.weight).for_each(|weight| *weight *= 1e25);
+                }
+                SurfaceFunction::Compact(compact) => compact.basis_step.fill(f32::MAX),
+            }
+            avatar.validate("test").expect("every number is finite");
+            let error = Animator::new(Arc::new(avatar)).err().expect("values are not");
+            assert_eq!(error.field, field, "{error}");
+        }
+    }
 }

@@ -108,6 +108,16 @@ impl AvatarError {
         Self { file: file.into(), field: field.into(), expected: expected.to_string(), found: found.to_string() }
     }
 
+    /// The surface function `field` of the avatar `name` leaves the range of numbers, at `vertex` in the rest pose.
+    pub(crate) fn not_finite(name: &str, field: &str, vertex: usize) -> Self {
+        Self::new(
+            name,
+            field,
+            "finite values in the rest pose; train the avatar again",
+            format!("others at vertex {vertex}"),
+        )
+    }
+
     /// The solver's complaint about the factor in `file`.
     pub(crate) fn from_factor(file: &str, error: &FactorError) -> Self {
         match error {

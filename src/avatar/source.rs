@@ -124,7 +124,7 @@ impl<'a> Reader<'a> {
             // Unpacking takes two copies for a while; what is made of them and kept has at most sixteen bytes for six.
             let taken = self.allowance.afford(length.saturating_mul(KEPT_TIMES + 2));
             let taken = taken.and_then(|()| self.allowance.hold(KEPT_TIMES * length));
-            taken.map_err(|shortage| self.error(field, shortage.expected, shortage.found))?;
+            taken.map_err(|shortage| self.error(&format!("{field}.bufferView"), shortage.expected, shortage.found))?;
         }
         let unpacked = match length {
             Some(length) if table.packed => unpack(bytes, length, size).map(Cow::Owned),

@@ -40,6 +40,7 @@ pub struct Viewer {
     last_milliseconds: Option<f64>,
     redraw: bool,
     pose_milliseconds: Option<f64>,
+    detail_milliseconds: Option<f64>,
     /// Milliseconds of each part of the last pose, in the order of [`Part`]; then normals and packing.
     part_milliseconds: [f64; PARTS],
 }
@@ -70,7 +71,7 @@ impl Viewer {
 
     /// The avatar as it was read, whatever wrinkles it wears.
     pub(super) fn own_avatar(&self) -> Arc<Avatar> {
-        self.own_avatar.clone().unwrap_or_else(|| self.player.animator().shared_avatar())
+        self.own_avatar.clone().unwrap_or_else(|| self.player.shared_avatar())
     }
 
     /// Shows `avatar`, the own one with other wrinkles or without, in the state that the present one is in.
@@ -96,11 +97,11 @@ impl Viewer {
 
 #[wasm_bindgen]
 impl Viewer {
-    /// Reads the avatar in `bytes` (`name` is for messages) and makes it ready to play.
+    /// Reads the avatar in `bytes` (`name` is for messages) and makes it ready to play as far as its base.
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: Vec<u8>, name: String) -> Result<Viewer, Error> {
         let avatar = Avatar::read(&bytes, &name).map_err(|error| named("avatar", &error))?;
-        let player = Player::new(Arc::new(avatar)).map_err(|error| named("avatar", &error))?;
+        let player = Player::with_base(Arc::new(avatar)).map_err(|error| named("avatar", &error))?;
         Ok(Self {
             name,
             player,
@@ -114,8 +115,28 @@ impl Viewer {
             last_milliseconds: None,
             redraw: true,
             pose_milliseconds: None,
+            detail_milliseconds: None,
             part_milliseconds: [0.0; PARTS],
         })
+    }
+
+    /// Sets up the solver, unless that is done: from now on there is detail. The time that it takes is no part of the motion.
+    #[wasm_bindgen(js_name = prepareDetail)]
+    pub fn prepare_detail(&mut self) -> Result<(), Error> {
+        if self.detail_milliseconds.is_none() {
+            let started = milliseconds();
+            self.player.prepare_detail().map_err(|error| named("avatar", &error))?;
+            self.detail_milliseconds = Some(milliseconds() - started);
+            self.last_milliseconds = None;
+            self.redraw = true;
+        }
+        Ok(())
+    }
+
+    /// Milliseconds that setting up the detail took; nothing before that is done.
+    #[wasm_bindgen(getter, js_name = detailMilliseconds)]
+    pub fn detail_milliseconds(&self) -> Option<f64> {
+        self.detail_milliseconds
     }
 
     /// The avatar's texture, to be decoded and given to `setTexture`.

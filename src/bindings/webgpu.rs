@@ -22,6 +22,8 @@ pub struct WebGpuPainter {
     renderer: Option<Renderer>,
     computes: bool,
     animator: Option<GpuAnimator>,
+    /// Bytes of the animator's buffers.
+    computing_bytes: u64,
     /// What the GPU posed last.
     posed: Option<Wanted>,
 }
@@ -35,21 +37,34 @@ impl WebGpuPainter {
         if computes && !forced {
             GpuAnimator::check_adapter(screen.adapter_info()).map_err(|error| gpu_error(&error))?;
         }
-        Ok(Self { screen, renderer: None, computes, animator: None, posed: None })
+        Ok(Self { screen, renderer: None, computes, animator: None, computing_bytes: 0, posed: None })
     }
 
-    /// Takes what never changes about the viewer's figure; again where its avatar was replaced.
+    /// Takes what never changes about the viewer's figure, its detail where that is there; again where its avatar was replaced.
     pub fn prepare(&mut self, viewer: &Viewer) -> Result<(), Error> {
         let surface = viewer.drawn_surface()?;
         let (device, queue) = (self.screen.device().clone(), self.screen.queue().clone());
         let renderer = Renderer::new(device, queue, self.screen.format(), &surface, viewer.vertices());
-        if self.computes {
-            let (device, queue) = (self.screen.device(), self.screen.queue());
-            let animator = GpuAnimator::new(device, queue, viewer.player().animator(), renderer.vertices());
-            self.animator = Some(animator.map_err(|error| gpu_error(&error))?);
-        }
         self.renderer = Some(renderer);
         self.posed = None;
+        self.animator = None;
+        self.computing_bytes = 0;
+        self.prepare_detail(viewer)
+    }
+
+    /// Takes what never changes about the viewer's detail, where there is some: from then on it poses by itself, if it is to.
+    #[wasm_bindgen(js_name = prepareDetail)]
+    pub fn prepare_detail(&mut self, viewer: &Viewer) -> Result<(), Error> {
+        if self.computes
+            && self.animator.is_none()
+            && let (Some(animator), Some(renderer)) = (viewer.player().animator(), &self.renderer)
+        {
+            let (device, queue) = (self.screen.device(), self.screen.queue());
+            let animator = GpuAnimator::new(device, queue, animator, renderer.vertices());
+            let animator = animator.map_err(|error| gpu_error(&error))?;
+            self.computing_bytes = animator.buffer_bytes();
+            self.animator = Some(animator);
+        }
         Ok(())
     }
 
@@ -70,6 +85,15 @@ impl WebGpuPainter {
     /// Whether it poses the viewer's avatar by itself. Passes on the GPU do not tell of f_l.
     pub fn poses(&self, viewer: &Viewer) -> bool {
         self.animator.is_some() && !viewer.player().tells_laplacian
+    }
+
+    /// Bytes of buffers and textures on the GPU, without those that the browser has for the canvas.
+    #[wasm_bindgen(getter, js_name = gpuBytes)]
+    pub fn gpu_bytes(&self) -> f64 {
+        let Some(renderer) = &self.renderer else { return 0.0 };
+        // The vertices belong to both.
+        let computing = self.computing_bytes.saturating_sub(renderer.vertices().size());
+        (renderer.bytes() + computing) as f64
     }
 
     /// Whether the GPU keeps up, so that another picture may be drawn.

@@ -5,7 +5,7 @@ mod read;
 mod rig;
 
 pub use joint_names::SMPL_JOINT_NAMES;
-pub use rig::{Pose, Rig, Skin, posed_from_rest};
+pub use rig::{Pose, Rig, Skin, posed_from_rest, put_posed_from_rest};
 
 use crate::mesh::Triangle;
 use glam::Vec3A;

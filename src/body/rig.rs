@@ -30,7 +30,7 @@ pub struct Rig {
 }
 
 /// Joint rotations relative to the parent, and the root's translation in metres.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Pose {
     /// One unit quaternion per joint; joint 0 is the root's orientation.
     pub rotations: Vec<Quat>,
@@ -38,7 +38,27 @@ pub struct Pose {
     pub translation: Vec3,
 }
 
+impl Clone for Pose {
+    fn clone(&self) -> Self {
+        Self { rotations: self.rotations.clone(), translation: self.translation }
+    }
+
+    /// Allocates nothing where the joints are as many.
+    fn clone_from(&mut self, source: &Self) {
+        self.rotations.clone_from(&source.rotations);
+        self.translation = source.translation;
+    }
+}
+
 impl Pose {
+    /// Becomes what lies between itself (`weight` 0) and `other` (1), a pose of the same skeleton; each joint takes the shorter way round.
+    pub fn blend(&mut self, other: &Pose, weight: f32) {
+        for (rotation, other) in self.rotations.iter_mut().zip(&other.rotations) {
+            *rotation = rotation.slerp(*other, weight);
+        }
+        self.translation = self.translation.lerp(other.translation, weight);
+    }
+
     /// The rest pose (T-pose at the origin).
     pub fn rest(joint_count: usize) -> Self {
         Self { rotations: vec![Quat::IDENTITY; joint_count], translation: Vec3::ZERO }
@@ -54,7 +74,14 @@ impl Pose {
 
 /// Rigid transform of each joint from the rest pose to `pose`, translation included.
 pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
-    let mut world_from_joint: Vec<Affine3A> = Vec::with_capacity(rig.parents.len());
+    let mut transforms = Vec::new();
+    put_posed_from_rest(rig, pose, &mut transforms);
+    transforms
+}
+
+/// [`posed_from_rest`] into memory that is there already.
+pub fn put_posed_from_rest(rig: &Rig, pose: &Pose, world_from_joint: &mut Vec<Affine3A>) {
+    world_from_joint.clear();
     for (joint, parent) in rig.parents.iter().enumerate() {
         let rotation = pose.rotations[joint];
         let transform = match parent {
@@ -68,11 +95,9 @@ pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
         };
         world_from_joint.push(transform);
     }
-    world_from_joint
-        .iter()
-        .zip(&rig.rest_joints)
-        .map(|(transform, &joint)| *transform * Affine3A::from_translation(-Vec3::from(joint)))
-        .collect()
+    for (transform, &joint) in world_from_joint.iter_mut().zip(&rig.rest_joints) {
+        *transform *= Affine3A::from_translation(-Vec3::from(joint));
+    }
 }
 
 impl Rig {

@@ -237,17 +237,22 @@ impl GpuAnimator {
     /// What a frame that starts from nothing costs.
     pub fn cost(&self, options: &Options) -> Cost {
         let upload_bytes = size_of::<Frame>() as u64;
-        let mut cost =
-            Cost { dispatches: 0, memory_bytes: 0, operations: self.operations, upload_bytes, buffer_bytes: 0 };
-        let mut buffers: Vec<Buffer> = Vec::new();
+        let buffer_bytes = self.buffer_bytes();
+        let mut cost = Cost { dispatches: 0, memory_bytes: 0, operations: self.operations, upload_bytes, buffer_bytes };
         self.for_each_stage(options, iteration_count(options.stop, false), |_, dispatches| {
             for dispatch in dispatches {
                 cost.dispatches += 1;
                 cost.memory_bytes += dispatch.bytes;
             }
         });
+        cost
+    }
+
+    /// Bytes of all buffers, of every level, the drawn vertices included.
+    pub fn buffer_bytes(&self) -> u64 {
+        let mut buffers: Vec<Buffer> = Vec::new();
         for level in self.levels.clone() {
-            let options = Options { level, solve_level: level, ..*options };
+            let options = Options { level, solve_level: level, ..Options::default() };
             self.for_each_stage(&options, 2, |_, dispatches| {
                 for buffer in dispatches.flat_map(|dispatch| &dispatch.buffers) {
                     if !buffers.contains(buffer) {
@@ -256,8 +261,7 @@ impl GpuAnimator {
                 }
             });
         }
-        cost.buffer_bytes = buffers.iter().map(Buffer::size).sum();
-        cost
+        buffers.iter().map(Buffer::size).sum()
     }
 
     fn for_each_stage(

@@ -17,10 +17,17 @@ impl Motion {
 
     /// The pose at `seconds`, clamped to the motion.
     pub fn sample(&self, seconds: f32) -> Pose {
+        let mut pose = Pose::rest(0);
+        self.sample_into(seconds, &mut pose);
+        pose
+    }
+
+    /// [`Self::sample`] into a pose that is there already.
+    pub fn sample_into(&self, seconds: f32, pose: &mut Pose) {
         let last = self.poses.len() - 1;
         // f64: a long-running clock keeps its fractions. A time that is not a number counts as the start.
         let frame = (f64::from(seconds) * f64::from(self.frames_per_second)).max(0.0).min(last as f64);
-        self.between(frame.floor() as usize, last, frame.fract() as f32)
+        self.between(frame.floor() as usize, last, frame.fract() as f32, pose);
     }
 
     /// The pose at `seconds` of the motion repeated without end, also backwards from zero.
@@ -29,22 +36,24 @@ impl Motion {
         let frame = (f64::from(seconds) * f64::from(self.frames_per_second)).rem_euclid(count as f64);
         // rem_euclid may round up to the divisor; infinity has no remainder.
         let frame = if frame < count as f64 { frame } else { 0.0 };
-        self.between(frame.floor() as usize, 0, frame.fract() as f32)
+        let mut pose = Pose::rest(0);
+        self.between(frame.floor() as usize, 0, frame.fract() as f32, &mut pose);
+        pose
     }
 
     /// Between a frame and the next one, which after the last frame is `after_last`.
-    fn between(&self, frame: usize, after_last: usize, fraction: f32) -> Pose {
+    fn between(&self, frame: usize, after_last: usize, fraction: f32, pose: &mut Pose) {
         let next = self.poses.get(frame + 1).unwrap_or(&self.poses[after_last]);
-        interpolate(&self.poses[frame], next, fraction)
+        pose.clone_from(&self.poses[frame]);
+        pose.blend(next, fraction);
     }
 }
 
 /// Between two poses of one skeleton: `fraction` 0 is `from`, 1 is `to`; each joint takes the shorter way round.
 pub fn interpolate(from: &Pose, to: &Pose, fraction: f32) -> Pose {
-    Pose {
-        rotations: from.rotations.iter().zip(&to.rotations).map(|(&a, &b)| a.slerp(b, fraction)).collect(),
-        translation: from.translation.lerp(to.translation, fraction),
-    }
+    let mut pose = from.clone();
+    pose.blend(to, fraction);
+    pose
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Several motions one after the other, with one time for all: each fades into the next.
 
-use super::{Motion, interpolate};
+use super::Motion;
 use crate::body::Pose;
 use glam::Vec3;
 
@@ -24,9 +24,14 @@ struct Clip {
 }
 
 impl Clip {
-    fn sample(&self, seconds: f64) -> Pose {
-        let mut pose = self.motion.sample((seconds - self.start) as f32);
+    fn sample_into(&self, seconds: f64, pose: &mut Pose) {
+        self.motion.sample_into((seconds - self.start) as f32, pose);
         pose.translation += self.offset;
+    }
+
+    fn sample(&self, seconds: f64) -> Pose {
+        let mut pose = Pose::rest(0);
+        self.sample_into(seconds, &mut pose);
         pose
     }
 }
@@ -72,14 +77,23 @@ impl Timeline {
 
     /// The pose at `seconds`, clamped to the timeline.
     pub fn sample(&self, seconds: f64) -> Pose {
+        let [mut pose, mut other] = [Pose::rest(0), Pose::rest(0)];
+        self.sample_into(seconds, &mut pose, &mut other);
+        pose
+    }
+
+    /// [`Self::sample`] into a pose that is there already; `other` is room for the pose that it fades into.
+    pub fn sample_into(&self, seconds: f64, pose: &mut Pose, other: &mut Pose) {
         let index = self.index(seconds);
         let clip = &self.clips[index];
-        let pose = clip.sample(seconds);
         let within = seconds - clip.start;
         if index > 0 && within < clip.fade {
-            return interpolate(&self.clips[index - 1].sample(seconds), &pose, fade_in(within / clip.fade));
+            self.clips[index - 1].sample_into(seconds, pose);
+            clip.sample_into(seconds, other);
+            pose.blend(other, fade_in(within / clip.fade));
+        } else {
+            clip.sample_into(seconds, pose);
         }
-        pose
     }
 
     /// The motions, in their order.

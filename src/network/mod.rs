@@ -2,6 +2,7 @@
 
 mod compact;
 mod domain;
+mod finite;
 mod mlp;
 
 pub use compact::{Compact, Region, matern, six_numbers};

@@ -1,7 +1,7 @@
 //! Where the pose of a moment comes from: motions, a fade between them, a pose given live, or the rest pose.
 
 use crate::body::Pose;
-use crate::motion::{Timeline, fade_in, interpolate};
+use crate::motion::{Timeline, fade_in};
 
 /// A root that would cross more floor than this within a fade, metres, cuts to its new place: nobody glides.
 const CUT_METRES: f32 = 0.5;
@@ -15,16 +15,11 @@ pub(super) struct PoseSource {
     standing: Pose,
     timeline: Option<Timeline>,
     crossfade: f64,
-    fading: Option<Fading>,
+    /// What fades out, and for how many seconds it has; none where nothing fades.
+    fading_from: Pose,
+    fading_for: Option<f64>,
     live: Option<Live>,
     smoothing: f64,
-}
-
-/// What was shown last fades out.
-#[derive(Clone, Debug)]
-struct Fading {
-    from: Pose,
-    passed: f64,
 }
 
 /// A pose on its way to the one that was asked for.
@@ -36,24 +31,39 @@ struct Live {
 
 impl PoseSource {
     pub fn new(standing: Pose) -> Self {
-        Self { standing, timeline: None, crossfade: 0.0, fading: None, live: None, smoothing: 0.0 }
+        Self {
+            fading_from: standing.clone(),
+            standing,
+            timeline: None,
+            crossfade: 0.0,
+            fading_for: None,
+            live: None,
+            smoothing: 0.0,
+        }
     }
 
     /// The pose at `seconds` of the motions, or the live one.
     pub fn pose(&self, seconds: f64) -> Pose {
-        if let Some(live) = &self.live {
-            return live.shown.clone();
-        }
-        let Some(timeline) = &self.timeline else { return self.standing.clone() };
-        let pose = timeline.sample(seconds);
-        match &self.fading {
-            Some(fading) => interpolate(&brought_near(&fading.from, &pose), &pose, self.fade_weight(fading)),
-            None => pose,
-        }
+        let [mut pose, mut other] = [Pose::rest(0), Pose::rest(0)];
+        self.pose_into(seconds, &mut pose, &mut other);
+        pose
     }
 
-    fn fade_weight(&self, fading: &Fading) -> f32 {
-        if self.crossfade > 0.0 { fade_in(fading.passed / self.crossfade) } else { 1.0 }
+    /// [`Self::pose`] into one that is there already; `other` is room for what it fades into.
+    pub fn pose_into(&self, seconds: f64, pose: &mut Pose, other: &mut Pose) {
+        match (&self.live, &self.timeline) {
+            (Some(live), _) => pose.clone_from(&live.shown),
+            (None, None) => pose.clone_from(&self.standing),
+            (None, Some(timeline)) => {
+                timeline.sample_into(seconds, pose, other);
+                if let Some(passed) = self.fading_for {
+                    other.clone_from(pose);
+                    pose.clone_from(&self.fading_from);
+                    bring_near(pose, other);
+                    pose.blend(other, if self.crossfade > 0.0 { fade_in(passed / self.crossfade) } else { 1.0 });
+                }
+            }
+        }
     }
 
     /// The motions.
@@ -74,7 +84,7 @@ impl PoseSource {
     /// Replaces the motions.
     pub fn set_timeline(&mut self, timeline: Option<Timeline>) {
         self.timeline = timeline;
-        self.fading = None;
+        self.fading_for = None;
     }
 
     /// Seconds of a fade; 0 cuts.
@@ -83,15 +93,16 @@ impl PoseSource {
     }
 
     /// Lets `pose` fade out, while what the motions say fades in.
-    pub fn fade_from(&mut self, pose: Pose) {
+    pub fn fade_from(&mut self, pose: &Pose) {
         if self.crossfade > 0.0 && self.timeline.is_some() {
-            self.fading = Some(Fading { from: pose, passed: 0.0 });
+            self.fading_from.clone_from(pose);
+            self.fading_for = Some(0.0);
         }
     }
 
     /// Cuts: a fade in progress is over.
     pub fn cut(&mut self) {
-        self.fading = None;
+        self.fading_for = None;
     }
 
     /// A pose in place of the motions, or none any more. Without a translation the figure stands where the rest pose stands.
@@ -121,18 +132,14 @@ impl PoseSource {
     pub fn advance(&mut self, seconds: f64, running: bool) {
         if let Some(live) = &mut self.live {
             let share = if self.smoothing > 0.0 { 1.0 - (-seconds.max(0.0) / self.smoothing).exp() } else { 1.0 };
-            live.shown = interpolate(&live.shown, &live.wanted, share as f32);
+            live.shown.blend(&live.wanted, share as f32);
             if gap(&live.shown, &live.wanted) < ARRIVED {
                 live.shown.clone_from(&live.wanted);
             }
         }
-        if let Some(fading) = &mut self.fading
-            && running
-        {
-            fading.passed += seconds.max(0.0);
-            if fading.passed >= self.crossfade {
-                self.fading = None;
-            }
+        if running {
+            let passed = self.fading_for.map(|passed| passed + seconds.max(0.0));
+            self.fading_for = passed.filter(|&passed| passed < self.crossfade);
         }
     }
 
@@ -142,15 +149,13 @@ impl PoseSource {
     }
 }
 
-/// `pose`, over the floor where `to` is if that is far away.
-fn brought_near(pose: &Pose, to: &Pose) -> Pose {
-    let mut pose = pose.clone();
+/// Moves `pose` over the floor to where `to` is if that is far away.
+fn bring_near(pose: &mut Pose, to: &Pose) {
     let mut way = to.translation - pose.translation;
     way.y = 0.0;
     if way.length() > CUT_METRES {
         pose.translation += way;
     }
-    pose
 }
 
 /// The largest turn between two poses, radians, or the way between their roots, metres.
@@ -189,7 +194,7 @@ mod tests {
         let mut source = PoseSource::new(pose(0.0, 0.0));
         source.set_timeline(standing_motion(60.0, 0.1));
         source.set_crossfade(0.4);
-        source.fade_from(pose(0.0, 0.0));
+        source.fade_from(&pose(0.0, 0.0));
         assert!(degrees(&source.pose(0.0)).abs() < 0.1);
         source.advance(0.2, false);
         assert!(degrees(&source.pose(0.0)).abs() < 0.1, "time stands");
@@ -205,7 +210,7 @@ mod tests {
         let mut source = PoseSource::new(pose(0.0, 0.0));
         source.set_timeline(standing_motion(60.0, 3.0));
         source.set_crossfade(0.4);
-        source.fade_from(pose(0.0, 0.0));
+        source.fade_from(&pose(0.0, 0.0));
         source.advance(0.2, true);
         let half = source.pose(0.2);
         assert!((degrees(&half) - 30.0).abs() < 0.1 && (half.translation.x - 3.0).abs() < 1e-4, "{half:?}");

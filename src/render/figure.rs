@@ -134,6 +134,12 @@ impl Figure {
         self.group = group(device, layout, &self.vertices, albedo);
     }
 
+    /// Bytes of its buffers.
+    pub fn bytes(&self) -> u64 {
+        let indices = self.levels.iter().chain(&self.lines).map(|(buffer, _)| buffer.size());
+        self.drawn_vertices.size() + self.vertices.size() + indices.sum::<u64>()
+    }
+
     /// Where this frame's vertices lie.
     pub fn vertices(&self) -> &Buffer {
         &self.vertices

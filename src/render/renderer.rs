@@ -8,7 +8,7 @@ use super::figure::{self, Figure};
 use super::globals::Globals;
 use super::light::{BELOW_MAP, KEY_MAP};
 use super::scene::Scene;
-use super::targets::Targets;
+use super::targets::{Targets, texture_bytes};
 use super::view::View;
 use wgpu::*;
 
@@ -26,6 +26,7 @@ pub struct Renderer {
     figure_pipeline: RenderPipeline,
     line_pipeline: RenderPipeline,
     figure: Figure,
+    albedo_bytes: u64,
     targets: Option<Targets>,
 }
 
@@ -58,6 +59,7 @@ impl Renderer {
             figure_pipeline,
             line_pipeline,
             figure: Figure::new(&device, &figure_layout, surface, vertex_count, &albedo),
+            albedo_bytes: texture_bytes(albedo.view.texture()),
             targets: None,
             device,
             queue,
@@ -71,6 +73,7 @@ impl Renderer {
 
     /// Replaces the figure's albedo.
     pub fn set_albedo(&mut self, albedo: &Albedo) {
+        self.albedo_bytes = texture_bytes(albedo.view.texture());
         self.figure.set_albedo(&self.device, &self.figure_layout, albedo);
     }
 
@@ -88,6 +91,13 @@ impl Renderer {
     /// the scene where the figure is with [`Scene::set_outline`].
     pub fn vertices(&self) -> &Buffer {
         self.figure.vertices()
+    }
+
+    /// Bytes of its buffers and textures.
+    pub fn bytes(&self) -> u64 {
+        let maps = [&self.key_map, &self.below_map].map(|map| texture_bytes(map.view.texture()));
+        let targets = self.targets.as_ref().map_or(0, Targets::bytes);
+        self.figure.bytes() + self.globals.size() + maps.iter().sum::<u64>() + self.albedo_bytes + targets
     }
 
     /// Draws a picture of `scene`, `size` = (width, height) pixels, neither zero, into `target`.

@@ -22,6 +22,14 @@ pub(super) fn multisample() -> MultisampleState {
     MultisampleState { count: SAMPLE_COUNT, ..Default::default() }
 }
 
+/// Bytes of a texture, its mipmaps included. A depth whose size WebGPU leaves open counts four a texel.
+pub(super) fn texture_bytes(texture: &Texture) -> u64 {
+    let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(4)) * u64::from(texture.sample_count());
+    let side = |length: u32, level: u32| u64::from((length >> level).max(1));
+    let size = texture.size();
+    (0..texture.mip_level_count()).map(|level| texel * side(size.width, level) * side(size.height, level)).sum()
+}
+
 /// The attachments for pictures of one size.
 pub(super) struct Targets {
     pub size: [u32; 2],
@@ -45,6 +53,11 @@ impl Targets {
             texture.create_view(&TextureViewDescriptor::default())
         };
         Self { size, colour: view("colour", format), depth: view("depth", DEPTH_FORMAT) }
+    }
+
+    /// Bytes of its textures.
+    pub fn bytes(&self) -> u64 {
+        texture_bytes(self.colour.texture()) + texture_bytes(self.depth.texture())
     }
 
     /// Begins the pass that ends up, resolved, in `target`.

@@ -6,14 +6,16 @@
 
 use glam::Vec3A;
 
-/// The last solutions and what A makes of them.
+/// The last solutions and what A makes of them, in memory that is kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
-    latest: Option<Solution>,
-    before: Option<Solution>,
+    latest: Solution,
+    before: Solution,
+    /// How many of the two there are.
+    count: usize,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Solution {
     d: Vec<Vec3A>,
     product: Vec<Vec3A>,
@@ -24,15 +26,17 @@ const LEAST_INDEPENDENCE: f32 = 1e-4;
 
 impl History {
     pub fn clear(&mut self) {
-        *self = Self::default();
+        self.count = 0;
     }
 
     /// Sets `d` to the guess for the right side in `residual`, and `residual` to what is left of it.
     pub fn guess(&self, d: &mut [Vec3A], residual: &mut [Vec3A]) {
         let of_same_level = |solution: &&Solution| solution.d.len() == d.len();
-        let Some(latest) = self.latest.as_ref().filter(of_same_level) else { return d.fill(Vec3A::ZERO) };
+        let Some(latest) = Some(&self.latest).filter(|_| self.count > 0).filter(of_same_level) else {
+            return d.fill(Vec3A::ZERO);
+        };
         // Of a single solution there is no change, and the span is its direction.
-        let before = self.before.as_ref().filter(of_same_level).unwrap_or(latest);
+        let before = Some(&self.before).filter(|_| self.count > 1).filter(of_same_level).unwrap_or(latest);
         // In the basis u (the latest) and v (the last change): two equations for each coordinate.
         let [mut uau, mut uav, mut vav, mut ub, mut vb] = [Vec3A::ZERO; 5];
         let rows = latest.d.iter().zip(&latest.product).zip(before.d.iter().zip(&before.product));
@@ -57,13 +61,12 @@ impl History {
 
     /// Remembers the solution `d` of the right side `b`, of which `residual` was left.
     pub fn remember(&mut self, d: &[Vec3A], b: &[Vec3A], residual: &[Vec3A]) {
-        let zeros = || vec![Vec3A::ZERO; d.len()];
-        let reusable = self.before.take().filter(|solution| solution.d.len() == d.len());
-        let mut oldest = reusable.unwrap_or_else(|| Solution { d: zeros(), product: zeros() });
-        oldest.d.copy_from_slice(d);
-        for ((product, b), residual) in oldest.product.iter_mut().zip(b).zip(residual) {
-            *product = *b - *residual;
-        }
-        self.before = self.latest.replace(oldest);
+        std::mem::swap(&mut self.latest, &mut self.before);
+        self.count = (self.count + 1).min(2);
+        let Solution { d: latest, product } = &mut self.latest;
+        latest.clear();
+        latest.extend_from_slice(d);
+        product.clear();
+        product.extend(b.iter().zip(residual).map(|(b, residual)| *b - *residual));
     }
 }

@@ -112,7 +112,12 @@ impl Solver {
 
     /// The coarsest level that [`Self::solve`] takes; the finest is the subdivision's.
     pub fn coarsest_level(&self) -> usize {
-        self.finest_level() + 1 - self.operators.len()
+        Self::coarsest_level_of(self.finest_level())
+    }
+
+    /// The same before there is a solver: level 0 belongs to the direct solve, unless it is all there is.
+    pub(crate) fn coarsest_level_of(finest_level: usize) -> usize {
+        finest_level.min(1)
     }
 
     /// Neighbours of each vertex of `level`.

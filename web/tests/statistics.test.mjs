@@ -14,7 +14,9 @@ const frame = {
   iterations: 3,
   vertices: 7,
   quality: "best",
+  detailSetupMilliseconds: 50,
   memoryBytes: 1024,
+  gpuBytes: 2048,
 };
 
 test("the median of two is their middle, of none is null", () => {
@@ -26,6 +28,18 @@ test("the median of two is their middle, of none is null", () => {
 test("before the first frame there are no times", () => {
   const { frames, firstFrameMilliseconds, partMilliseconds, quality } = new FrameCounter().statistics();
   assert.deepEqual([frames, firstFrameMilliseconds, partMilliseconds.solve, quality], [0, null, null, null]);
+});
+
+test("pictures of the base come first, and the first one with detail has its own moment", () => {
+  const counter = new FrameCounter();
+  counter.count({ ...frame, detailSetupMilliseconds: null });
+  const { firstFrameMilliseconds, ...base } = counter.statistics();
+  assert.deepEqual([base.firstDetailMilliseconds, base.detailSetupMilliseconds], [null, null]);
+  counter.count(frame);
+  const detailed = counter.statistics();
+  assert.equal(detailed.firstFrameMilliseconds, firstFrameMilliseconds);
+  assert.ok(detailed.firstDetailMilliseconds >= firstFrameMilliseconds);
+  assert.equal(detailed.detailSetupMilliseconds, 50);
 });
 
 test("each part has its median, and frames of the camera alone do not count into it", () => {

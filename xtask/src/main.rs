@@ -25,6 +25,7 @@ mod serve;
 mod setup;
 mod site;
 mod size;
+mod start;
 mod stills;
 mod supply;
 mod test;

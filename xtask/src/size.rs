@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
@@ -12,6 +12,26 @@ use crate::{files, workspace};
 
 /// Scripts that draw with WebGL2: loaded only where WebGPU is missing.
 const WEBGL2_SCRIPTS: &str = "painter-";
+
+/// What that may be at most, each file gzipped: a little more than it is. The aim is 250 000 (docs/performance.md).
+const RUNTIME_GZIP_LIMIT: usize = 360_000;
+
+/// An error where the runtime has outgrown its limit.
+pub fn check() -> Result<()> {
+    let bytes = runtime_gzip_bytes()?;
+    require_within(bytes, RUNTIME_GZIP_LIMIT)?;
+    ensure!(require_within(bytes, bytes - 1).is_err(), "a limit below the runtime's size counts as kept");
+    eprintln!("   {bytes} bytes gzipped, of {RUNTIME_GZIP_LIMIT} allowed");
+    Ok(())
+}
+
+fn require_within(bytes: usize, limit: usize) -> Result<()> {
+    ensure!(
+        bytes <= limit,
+        "web/lib: expected at most {limit} bytes, gzipped, of module and scripts where WebGPU draws, found {bytes}"
+    );
+    Ok(())
+}
 
 /// Bytes of the wasm module and of the scripts that load where WebGPU draws, each file gzipped as servers do.
 pub fn runtime_gzip_bytes() -> Result<usize> {
@@ -38,6 +58,13 @@ fn gzip_bytes(file: &Path) -> Result<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_limit_is_kept_or_both_numbers_are_told() {
+        assert!(require_within(RUNTIME_GZIP_LIMIT, RUNTIME_GZIP_LIMIT).is_ok());
+        let error = require_within(RUNTIME_GZIP_LIMIT + 1, RUNTIME_GZIP_LIMIT).unwrap_err().to_string();
+        assert!(error.contains("360000") && error.contains("360001"), "{error}");
+    }
 
     #[test]
     fn scripts_of_webgl2_and_source_maps_do_not_count() {

@@ -10,7 +10,7 @@ use crate::site::Site;
 use crate::toolchain::Toolchain;
 use crate::{
     accessibility, browser, check, command, demo, docs, element, files, goldens, lint, loss, package, progress,
-    samples, setup, stills, wasm, workspace,
+    samples, setup, size, start, stills, wasm, workspace,
 };
 
 /// The small page on which the whole way from pose to pixels is checked.
@@ -30,10 +30,12 @@ pub fn run() -> Result<()> {
     step("native tests", native.arg("--workspace").args(lint::FEATURES))?;
     wasm(toolchain)?;
     step("element's own tests", &mut wasm::npm_script("test"))?;
+    progress::aloud("size of the runtime", size::check)?;
     progress::aloud("glTF validator", validate_glbs)?;
     element::run(None)?;
     progress::aloud("end-to-end page", end_to_end)?;
     progress::aloud("end-to-end page in Firefox", in_firefox)?;
+    progress::aloud("first pictures", start::run)?;
     progress::aloud("pictures through every backend", stills::run)?;
     progress::aloud("devices lost in mid-play", loss::run)?;
     progress::aloud("golden pictures", goldens::check)?;
@@ -56,7 +58,8 @@ fn step(name: &str, command: &mut Command) -> Result<()> {
 pub fn wasm(toolchain: Toolchain) -> Result<()> {
     let mut cargo = toolchain.cargo("test");
     // The module's own profile: it is what browsers run, and its dependencies have been compiled already.
-    cargo.args(["--package", "crease", "--test", "fixtures", "--no-default-features", "--profile", "web"]);
+    cargo.args(["--package", "crease", "--test", "fixtures", "--no-default-features", "--features", "render"]);
+    cargo.args(["--profile", "web"]);
     browser::configure_wasm_tests(&mut cargo)?;
     step("wasm tests in headless Chromium", &mut cargo)
 }

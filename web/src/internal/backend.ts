@@ -26,13 +26,21 @@ export async function openFirst<T>(
     try {
       return { backend, value: await open(backend) };
     } catch (thrown) {
-      const reason = `${backend}: ${failureOf(thrown, null).message}`;
-      reasons.push(reason);
+      reasons.push(reasonAgainst(backend, thrown));
       const next = backends[index + 1];
-      if (next) tell(`crease-avatar: ${reason}. Using ${next} instead.`);
+      if (next) tell(reasonForNext(backend, thrown, next));
     }
   }
   throw new StageError("unsupported", `Nothing here can draw the figure. ${reasons.join(". ")}.`);
+}
+
+function reasonAgainst(backend: Backend, thrown: unknown): string {
+  return `${backend}: ${failureOf(thrown, null).message}`;
+}
+
+/** What people are told where `next` stands in for `backend`. */
+export function reasonForNext(backend: Backend, thrown: unknown, next: Backend): string {
+  return `crease-avatar: ${reasonAgainst(backend, thrown)}. Using ${next} instead.`;
 }
 
 /** A teller that says the same thing only once. */

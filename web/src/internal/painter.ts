@@ -4,10 +4,14 @@ import type { Backend, Canvas } from "./protocol.js";
 
 /** Whatever draws a viewer's scene on a canvas. */
 export interface Painter {
-  /** Takes what never changes about the viewer's figure. */
+  /** Takes what never changes about the viewer's figure, its detail where that is there. */
   prepare(viewer: Viewer): void;
+  /** The viewer has its detail now: takes what never changes about that. Throws where it cannot. */
+  prepareDetail(viewer: Viewer): void;
   /** Takes the decoded texture of the figure. */
   setTexture(bitmap: ImageBitmap): void;
+  /** Bytes of buffers and textures on the GPU, without the canvas; undefined where that is not counted. */
+  readonly gpuBytes?: number;
   /** Size of the picture in pixels of the device. */
   resize(width: number, height: number): void;
   /** Whether it poses the viewer's avatar by itself. */

@@ -215,8 +215,12 @@ export interface Frame {
   readonly vertices: number;
   /** Level of quality that is shown. */
   readonly quality: string;
+  /** What setting up the detail took; null where this picture is of the base, as the detail is not there yet. */
+  readonly detailSetupMilliseconds: number | null;
   /** Bytes of the wasm module's memory. */
   readonly memoryBytes: number;
+  /** Bytes of buffers and textures on the GPU, without the canvas; null where WebGL2 draws, which does not count them. */
+  readonly gpuBytes: number | null;
 }
 
 /** From the stage to the page. */

@@ -1,5 +1,5 @@
 import type { Viewer } from "../../pkg/crease.js";
-import { candidates, type Opened, once, openFirst } from "./backend.js";
+import { candidates, type Opened, once, openFirst, reasonForNext } from "./backend.js";
 import { StageError } from "./errors.js";
 import { openPainter, type Painter } from "./painter.js";
 import type { Backend, BackendChoice, Canvas, Failure } from "./protocol.js";
@@ -93,6 +93,21 @@ export class Screen {
     this.#opened = opened;
     this.#canvas = drawnOn;
     this.#host.opened(opened.backend);
+  }
+
+  /** The avatar has its detail now: the painter takes it, or a painter of the next backend that can. */
+  async prepareDetail(): Promise<void> {
+    const viewer = this.#host.viewer();
+    const opened = this.#opened;
+    if (!viewer || !opened) return;
+    try {
+      opened.value.prepareDetail(viewer);
+    } catch (thrown) {
+      const next = candidates(opened.backend).slice(1);
+      if (!next[0]) throw thrown;
+      tell(reasonForNext(opened.backend, thrown, next[0]));
+      await this.open(next, Promise.resolve());
+    }
   }
 
   /** After a fault of the device: another painter, of the same backend unless that keeps failing. */

@@ -66,6 +66,10 @@ export class Stage {
       opened: (backend) => {
         this.#viewer?.poseAgain();
         report({ kind: "backend", backend });
+        // It may have come while the painter was being made.
+        if (this.#viewer?.detailMilliseconds !== undefined) {
+          void this.#guard(this.#url, () => this.#screen.prepareDetail());
+        }
         this.#schedule();
       },
     });
@@ -143,7 +147,10 @@ export class Stage {
     const [bytes] = await Promise.all([download, wasmModule()]);
     if (this.#closed) return;
     this.#report({ kind: "progress", phase: "prepare", loaded: bytes.length, total: bytes.length });
-    this.#viewer = new Viewer(bytes, fileName(url));
+    const viewer = new Viewer(bytes, fileName(url));
+    // A quality that is demanded holds from the first picture on.
+    if (this.#settings.quality !== "auto") viewer.prepareDetail();
+    this.#viewer = viewer;
   }
 
   get #maxBytes(): number | null {
@@ -270,6 +277,8 @@ export class Stage {
   async #answer({ id, request }: Command & { kind: "request" }): Promise<void> {
     try {
       if (this.#awaited.size > 0) await new Promise<void>((resolve) => this.#waiting.push(resolve));
+      // What leaves the page is never the base alone, unless that is wanted.
+      await this.#prepareDetail();
       const value = await answer(request, () => this.#studio());
       this.#report(value ? { kind: "answer", id, value } : { kind: "answer", id });
     } catch (thrown) {
@@ -344,6 +353,7 @@ export class Stage {
     const interval = this.#lastFrame === null ? null : now - this.#lastFrame;
     const pose = viewer.poseMilliseconds ?? null;
     viewer.drawn(interval ?? undefined, (pose ?? 0) + drawMilliseconds);
+    if (!this.#drawn) setTimeout(() => void this.#guard(this.#url, () => this.#prepareDetail()));
     this.#drawn = true;
     this.#lastFrame = now;
     this.#report({
@@ -362,9 +372,20 @@ export class Stage {
         // A painter that poses keeps the finest level to itself.
         vertices: viewer.vertexCount || viewer.vertices,
         quality: viewer.quality,
+        detailSetupMilliseconds: viewer.detailMilliseconds ?? null,
         memoryBytes: viewer.memoryBytes,
+        gpuBytes: this.#screen.painter?.gpuBytes ?? null,
       },
     });
+  }
+
+  /** The first picture, of the base, did not wait for the detail. */
+  async #prepareDetail(): Promise<void> {
+    const viewer = this.#viewer;
+    if (!viewer || viewer.detailMilliseconds !== undefined) return;
+    viewer.prepareDetail();
+    await this.#screen.prepareDetail();
+    this.#schedule();
   }
 
   #stop(): void {

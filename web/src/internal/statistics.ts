@@ -9,6 +9,10 @@ export interface Statistics {
   readonly frames: number;
   /** From asking for the avatar to its first picture; null before. */
   readonly firstFrameMilliseconds: number | null;
+  /** From asking for the avatar to the first picture with its detail; null before. The pictures before show the base. */
+  readonly firstDetailMilliseconds: number | null;
+  /** Setting up the solver and what else the detail needs; null before. */
+  readonly detailSetupMilliseconds: number | null;
   /** From one picture to the next while it moves: median of up to the last 120; null before the second. */
   readonly frameMilliseconds: number | null;
   /** Networks, solve and normals of one picture: median of up to the last 120. */
@@ -23,6 +27,8 @@ export interface Statistics {
   readonly quality: string | null;
   /** Bytes of the wasm module's memory. */
   readonly memoryBytes: number;
+  /** Bytes of its buffers and textures on the GPU, without the canvas; null where WebGL2 draws, which does not count them. */
+  readonly gpuBytes: number | null;
   /** What computes and what draws, such as `webgpu+cpu`; null before the avatar is loaded. */
   readonly backend: Backend | null;
   /** Thread that does it; null before the avatar is loaded. */
@@ -49,6 +55,7 @@ export class FrameCounter {
   #last: Frame | null = null;
   #frames = 0;
   #firstFrame: number | null = null;
+  #firstDetail: number | null = null;
   backend: Backend | null = null;
   thread: "worker" | "main" | null = null;
   vertices = 0;
@@ -56,7 +63,9 @@ export class FrameCounter {
   /** Takes one drawn frame into account. */
   count(frame: Frame): void {
     this.#frames += 1;
-    this.#firstFrame ??= performance.now() - this.#started;
+    const sinceStart = performance.now() - this.#started;
+    this.#firstFrame ??= sinceStart;
+    if (frame.detailSetupMilliseconds !== null) this.#firstDetail ??= sinceStart;
     if (frame.intervalMilliseconds !== null) push(this.#intervals, frame.intervalMilliseconds);
     if (frame.poseMilliseconds !== null) push(this.#poses, frame.poseMilliseconds);
     for (const [index, part] of this.#parts.entries()) {
@@ -73,6 +82,8 @@ export class FrameCounter {
     return {
       frames: this.#frames,
       firstFrameMilliseconds: this.#firstFrame,
+      firstDetailMilliseconds: this.#firstDetail,
+      detailSetupMilliseconds: this.#last?.detailSetupMilliseconds ?? null,
       frameMilliseconds: median(this.#intervals),
       poseMilliseconds: median(this.#poses),
       partMilliseconds: Object.fromEntries(
@@ -82,6 +93,7 @@ export class FrameCounter {
       iterations: this.#last?.iterations ?? 0,
       quality: this.#last?.quality ?? null,
       memoryBytes: this.#last?.memoryBytes ?? 0,
+      gpuBytes: this.#last?.gpuBytes ?? null,
       backend: this.backend,
       thread: this.thread,
       vertices: this.vertices,

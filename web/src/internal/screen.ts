@@ -34,6 +34,8 @@ export class Screen {
   #canvas: Canvas | null = null;
   #size: { width: number; height: number } | null = null;
   #share = 1;
+  /** What was asked for last: a backend that was demanded by name is opened also where it is no gain. */
+  #choice: BackendChoice = "auto";
   /** Counts attempts: a newer one makes an older one void. */
   #attempt = 0;
   #closed = false;
@@ -62,6 +64,7 @@ export class Screen {
     this.#attempt += 1;
     const attempt = this.#attempt;
     this.#free();
+    if (typeof choice === "string") this.#choice = choice;
     const backends = typeof choice === "string" ? candidates(choice) : choice;
     // Some backends fail before they touch their canvas; the next one can have it.
     let canvas: Promise<Canvas> | null = null;
@@ -69,7 +72,7 @@ export class Screen {
       backends,
       async (backend) => {
         canvas ??= this.#newCanvas();
-        const painter = await openPainter(backend, () => canvas as Promise<Canvas>, backend === choice);
+        const painter = await openPainter(backend, () => canvas as Promise<Canvas>, backend === this.#choice);
         try {
           // Whoever loads the avatar tells why it fails: that is no fault of the backend.
           await avatar.catch(() => {});

@@ -17,7 +17,8 @@ pub struct QualityLevel {
     pub coarser_triangles: usize,
     /// Pixels of the picture a side, as a share of the screen's.
     pub pixel_share: f32,
-    /// Measured work of posing, as a share of the best level's (`cargo xtask bench`, docs/performance.md).
+    /// About how much work posing is, as a share of the best level's: estimated from the parts in docs/performance.md. `cargo xtask bench`
+    /// measures each level (`quality_ms_native_…`).
     pub work: f64,
 }
 
@@ -212,7 +213,7 @@ mod tests {
     }
 
     impl Machine {
-        /// Levels cost their measured shares of `best` seconds.
+        /// Levels cost their shares of `best` seconds.
         fn new(best: f64, period: f64) -> Self {
             Self { works: QUALITY_LEVELS.map(|level| level.work * best), period, noise: 0.0, spike_every: usize::MAX }
         }

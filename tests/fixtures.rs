@@ -71,7 +71,10 @@ fn the_fixtures_say_the_same_when_written_again() {
         let avatar = Avatar::read(file, name).unwrap();
         let rewritten = avatar.write();
         // The rest pose's positions, which no reader of avatars uses, may round otherwise on another machine.
-        assert_eq!(rewritten.len(), file.len(), "{name}");
+        // In the browser another library deflates, a little worse.
+        if cfg!(not(target_arch = "wasm32")) {
+            assert_eq!(rewritten.len(), file.len(), "{name}");
+        }
         assert!(Avatar::read(&rewritten, name).unwrap() == avatar, "{name}");
     }
 }

@@ -4,7 +4,7 @@ use super::frame_fit::PreparedScan;
 use super::regions::weighted_regions;
 use super::surface_fit::{FitOptions, coverage, fit_surface};
 use super::two_scales::regress_on_two_scales;
-use super::views::{View, fuse, seen};
+use super::views::{View, fuse, resolvable, seen};
 use crate::context::{DeformationTrainer, Sample, TrainContext};
 use crease::animate::PosedSurface;
 use crease::body::Pose;
@@ -101,7 +101,9 @@ fn fit_offsets(
     let seen = match scan.is_view {
         false => None,
         true => {
-            Some(seen(&coverage(&context.subdivision, context.options.scheme, 0, &fitted, &scan.oriented(), options)?))
+            let (subdivision, scheme) = (&context.subdivision, context.options.scheme);
+            let coverage = coverage(subdivision, scheme, 0, &fitted, &scan.oriented(), options)?;
+            Some(seen(&coverage, &resolvable(context, 0)))
         }
     };
     let rotations = surface.rotations(&context.subdivision, 0);

@@ -8,7 +8,7 @@ use super::least_squares::conjugate_gradients;
 use super::regions::weighted_regions;
 use super::surface_fit::{FitOptions, coverage, fit_surface, refine_to_finest, restrict_from_finest};
 use super::two_scales::regress_on_two_scales;
-use super::views::{View, fuse, seen};
+use super::views::{View, fuse, resolvable, seen};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
 use crate::targets::{base_surface, offsets, operator_laplacian};
 use crease::avatar::Form;
@@ -111,7 +111,13 @@ fn fitted_surface(context: &TrainContext, deformation: &SurfaceFunction, sample:
         &scan.oriented(),
         &options,
     )?;
-    let seen = if scan.is_view { Some(seen(&coverage_on_tables(context, &values, &scan, &options)?)) } else { None };
+    let seen = match scan.is_view {
+        false => None,
+        true => {
+            let coverage = coverage_on_tables(context, &values, &scan, &options)?;
+            Some(seen(&coverage, &resolvable(context, context.options.compact.laplacian_level as usize)))
+        }
+    };
     Ok(View { values, seen })
 }
 

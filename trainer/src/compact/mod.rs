@@ -66,7 +66,7 @@ impl Default for CompactOptions {
                 ..common.clone()
             },
             detail_fit: FitOptions { smoothness: vec![5.0, 1.5, 0.5], reject_distance: vec![0.05], ..common },
-            view_smoothness: 4.0,
+            view_smoothness: 8.0,
             deformation: BranchOptions {
                 blend_steps: 2,
                 smoothness: 30.0,

@@ -2,8 +2,9 @@
 
 use super::least_squares::conjugate_gradients;
 use crate::checkpoint::Keep;
+use crate::context::TrainContext;
 use crease::laplacian::{apply_topological, apply_topological_transposed, reciprocal_valences};
-use crease::mesh::Adjacency;
+use crease::mesh::{Adjacency, Scheme};
 use glam::Vec3A;
 
 /// Coverage, as a share of its mean over what is seen at all, at which a vertex counts as half seen.
@@ -42,11 +43,33 @@ impl Keep for View {
     }
 }
 
-/// How surely each vertex was seen, from the weight of the scan points on it.
-pub fn seen(coverage: &[f32]) -> Vec<f32> {
+/// How surely each vertex was seen, from the weight of the scan points on it and how far a sensor resolves it.
+pub fn seen(coverage: &[f32], resolvable: &[f32]) -> Vec<f32> {
     let covered: Vec<f32> = coverage.iter().copied().filter(|&c| c > 0.0).collect();
     let half = HALF_SEEN * covered.iter().sum::<f32>() / covered.len().max(1) as f32;
-    coverage.iter().map(|&c| if c > 0.0 { c / (c + half) } else { 0.0 }).collect()
+    coverage.iter().zip(resolvable).map(|(&c, share)| if c > 0.0 { share * c / (c + half) } else { 0.0 }).collect()
+}
+
+/// How much each vertex of `level` is not of a hand, from 0 to 1: fingers are finer than a depth sensor's pixels and noise.
+pub fn resolvable(context: &TrainContext, level: usize) -> Vec<f32> {
+    let skin = &context.rig.skin;
+    let is_hand: Vec<bool> =
+        context.rig.joint_names.iter().map(|name| name.ends_with("_wrist") || name.ends_with("_hand")).collect();
+    let mut shares: Vec<Vec3A> = skin
+        .joints
+        .iter()
+        .zip(&skin.weights)
+        .map(|(joints, weights)| {
+            let hand = joints.iter().zip(weights).filter(|&(&joint, _)| is_hand[joint as usize]);
+            Vec3A::splat(1.0 - hand.map(|(_, &weight)| weight).sum::<f32>())
+        })
+        .collect();
+    for coarse in 0..level {
+        let mut fine = vec![Vec3A::ZERO; context.subdivision.vertex_count(coarse + 1)];
+        context.subdivision.refine(Scheme::Midpoint, coarse, &shares, &mut fine);
+        shares = fine;
+    }
+    shares.iter().map(|share| share.x).collect()
 }
 
 /// The views' fields with what each did not see taken from the mean of the others. Fields that are seen whole stay as they are.
@@ -101,7 +124,7 @@ mod tests {
         let view = |is_seen: &dyn Fn(Vec3A) -> bool, wrong: Vec3A| {
             let coverage: Vec<f32> = mesh.positions.iter().map(|&p| if is_seen(p) { 1.0 } else { 0.0 }).collect();
             let values = mesh.positions.iter().map(|&p| if is_seen(p) { Vec3A::X * p.y } else { wrong }).collect();
-            View { values, seen: Some(seen(&coverage)) }
+            View { values, seen: Some(seen(&coverage, &vec![1.0; coverage.len()])) }
         };
         // Two halves that overlap, and a cap at the side that neither saw.
         let cap = |p: Vec3A| p.x > 0.95;

@@ -23,13 +23,15 @@ const NORMAL_NEIGHBOURS: NonZero<usize> = NonZero::new(20).expect("not zero");
 const SURFACE_SAMPLE_COUNT: usize = 1_000;
 /// Joints whose surface is bare: there the scan is skin.
 const BARE: [&str; 7] = ["head", "left_wrist", "right_wrist", "left_hand", "right_hand", "left_foot", "right_foot"];
+/// Joints whose surface is a forearm or a hand.
+const FOREARMS: [&str; 6] = ["left_elbow", "right_elbow", "left_wrist", "right_wrist", "left_hand", "right_hand"];
 /// Weight of a scan point outside the skin where cloth may be. Inside, and on bare skin, it is 1.
 const OUTSIDE_WEIGHT: f32 = 0.25;
 /// Weight of the tangential part of a gap from body to scan. From scan to body the gap is along the normal anyway.
 const TANGENTIAL: f32 = 0.1;
 /// Weight of the direction from body to scan.
 const BODY_TO_SCAN: f64 = 0.5;
-/// A part of the body that the camera should see lies before the background where the scan is farther aside than this, metres …
+/// A forearm that the camera should see lies before the background where the scan is farther aside than this, metres …
 const ASIDE: f32 = 0.03;
 /// … and is pulled back, the less the farther beyond this, metres.
 const ASIDE_REACH: f32 = 0.3;
@@ -87,8 +89,9 @@ pub struct Surface {
     samples: Vec<u32>,
     /// Weight of scan points outside each vertex.
     outside: Vec<f32>,
-    /// Whether a vertex belongs to the head: depth cameras see no dark hair, so that nothing there means nothing.
-    is_head: Vec<bool>,
+    /// Whether a vertex belongs to a forearm or hand. These alone vanish behind the trunk and come out where nothing is; elsewhere a gap in
+    /// the scan is more likely hair or a shoe that the sensor missed.
+    is_forearm: Vec<bool>,
 }
 
 impl Surface {
@@ -106,7 +109,12 @@ impl Surface {
         Self {
             samples: sample_elimination(&body.template, areas.iter().sum(), SURFACE_SAMPLE_COUNT),
             outside: outside.collect(),
-            is_head: body.skin.joints.iter().map(|joints| body.joint_names[joints[0] as usize] == "head").collect(),
+            is_forearm: body
+                .skin
+                .joints
+                .iter()
+                .map(|joints| FOREARMS.contains(&body.joint_names[joints[0] as usize].as_str()))
+                .collect(),
         }
     }
 }
@@ -183,7 +191,7 @@ pub fn scan_system(
         let (position, normal) = (posed.vertices[vertex as usize], posed.normals[vertex as usize]);
         let point = cloud.nearest.one(position).index as usize;
         let gap = cloud.points[point] - position;
-        if let Some(camera) = cloud.camera.as_ref().filter(|_| !surface.is_head[vertex as usize]) {
+        if let Some(camera) = cloud.camera.as_ref().filter(|_| surface.is_forearm[vertex as usize]) {
             // The scan has nothing where the body should be seen: an occluded limb that came out on the wrong side.
             let aside = gap.reject_from((position - camera.position()).normalize_or(Vec3A::Z));
             if aside.length() > ASIDE {

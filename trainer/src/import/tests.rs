@@ -68,7 +68,7 @@ fn packed_files_become_a_sequence_with_a_body() {
     let folder = Folder::new("packed");
     for frame in 0..2 {
         let points = Array::new(&[4, 3], (0..12).map(|i| 0.1 * i as f32).collect::<Vec<f32>>());
-        let normals = Array::new(&[4, 3], vec![0f32, 1.0, 0.0].repeat(4));
+        let normals = Array::new(&[4, 3], [0f32, 1.0, 0.0].repeat(4));
         let [pose, translation] = pose(frame);
         let betas = ("betas", Array::new(&[2], vec![0.5f32, -0.5]));
         let arrays = [("scan_pc", points), ("scan_n", normals), pose, translation, betas];

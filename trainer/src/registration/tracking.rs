@@ -136,8 +136,9 @@ pub fn failing_frames(tracked: &[Tracked]) -> Vec<usize> {
     distances.sort_by(f64::total_cmp);
     let median = distances[distances.len() / 2];
     let limit = (FAILURE_RATIO * median).max(median + FAILURE_EXCESS);
-    // Not "greater": a distance that is not a number fails too.
-    (0..tracked.len()).filter(|&t| !(tracked[t].closeness.distance <= limit)).collect()
+    // A distance that is not a number fails too.
+    let fails = |distance: f64| distance > limit || distance.is_nan();
+    (0..tracked.len()).filter(|&t| fails(tracked[t].closeness.distance)).collect()
 }
 
 fn near(state: &State, strength: f64) -> Expected {

@@ -6,7 +6,10 @@
 pub mod allocation;
 mod animation;
 mod containers;
+pub mod coverage;
+pub mod mutation;
 mod readers;
+pub mod search;
 mod seeds;
 
 /// One thing to break.

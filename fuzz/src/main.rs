@@ -1,41 +1,41 @@
-//! One target under libFuzzer: `CREASE_FUZZ_TARGET` names it, the arguments are libFuzzer's own.
-#![no_main]
+//! Searches for inputs that break a target, and prints a line of JSON about it; without a target, prints the names of all.
 
+use clap::Parser;
 use crease_fuzz::allocation::Counted;
-use crease_fuzz::{Part, Target, target};
-use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
-use std::sync::LazyLock;
+use crease_fuzz::search::{Plan, search};
+use crease_fuzz::{TARGETS, target};
+use std::path::PathBuf;
+use std::time::Duration;
 
 #[global_allocator]
 static ALLOCATOR: Counted = Counted;
 
-static TARGET: LazyLock<&'static Target> = LazyLock::new(|| {
-    let name = std::env::var("CREASE_FUZZ_TARGET").unwrap_or_default();
-    target(&name).unwrap_or_else(|| panic!("CREASE_FUZZ_TARGET: expected the name of a target, found {name:?}"))
-});
+#[derive(Parser)]
+struct Arguments {
+    /// The target
+    target: Option<String>,
+    #[arg(long, default_value_t = 60)]
+    seconds: u64,
+    #[arg(long, default_value_t = u64::MAX)]
+    executions: u64,
+    #[arg(long, default_value_t = 16384)]
+    longest: usize,
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    #[arg(long, default_value = "corpus")]
+    corpus: PathBuf,
+    #[arg(long, default_value = "found")]
+    found: PathBuf,
+}
 
-fuzz_target!(|bytes: &[u8]| (TARGET.check)(bytes));
-
-fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
-    // One mutation in four is blind, outer form and all.
-    let parts = TARGET.container.filter(|_| seed % 4 != 0).and_then(|container| {
-        let parts = (container.open)(&data[..size])?;
-        Some((container, parts))
-    });
-    let Some((container, mut parts)) = parts else { return fuzzer_mutate(data, size, max_size) };
-    let index = seed as usize / 4 % parts.len();
-    mutate(&mut parts[index], max_size);
-    let bytes = (container.close)(&parts);
-    if bytes.len() > max_size {
-        return size;
-    }
-    data[..bytes.len()].copy_from_slice(&bytes);
-    bytes.len()
-});
-
-fn mutate(part: &mut Part, max_size: usize) {
-    let size = part.bytes.len();
-    part.bytes.resize(max_size.max(size), 0);
-    let size = fuzzer_mutate(&mut part.bytes, size, max_size.max(size));
-    part.bytes.truncate(size);
+fn main() -> anyhow::Result<()> {
+    let Arguments { target: name, seconds, executions, longest, seed, corpus, found } = Arguments::parse();
+    let Some(name) = name else {
+        TARGETS.iter().for_each(|target| println!("{}", target.name));
+        return Ok(());
+    };
+    let target = target(&name).ok_or_else(|| anyhow::anyhow!("target: expected the name of one, found {name}"))?;
+    let plan = Plan { duration: Duration::from_secs(seconds), executions, longest, seed, corpus, found };
+    println!("{}", serde_json::to_string(&search(target, &plan)?)?);
+    Ok(())
 }

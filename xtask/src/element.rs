@@ -10,8 +10,17 @@ use crate::browser::Browser;
 use crate::{command, progress, workspace};
 
 /// The tables of cases.
-const FILES: [&str; 5] =
-    ["./cases/time.mjs", "./cases/look.mjs", "./cases/out.mjs", "./cases/errors.mjs", "./cases/manners.mjs"];
+const FILES: [&str; 6] = [
+    "./cases/time.mjs",
+    "./cases/look.mjs",
+    "./cases/out.mjs",
+    "./cases/errors.mjs",
+    "./cases/faults.mjs",
+    "./cases/manners.mjs",
+];
+
+/// Long use of a page, which no test has the time for.
+const SOAK: &str = "./cases/soak.mjs";
 
 /// Cases that do not hold.
 const FAILING: &str = "./failing.mjs";
@@ -22,6 +31,33 @@ pub fn run(only: Option<&str>) -> Result<()> {
         command::run(cases(&FILES, only)?.stdout(Stdio::inherit()))?;
         if only.is_none() { require_failures() } else { Ok(()) }
     })
+}
+
+/// How long, and how much of what.
+#[derive(clap::Args, serde::Serialize)]
+pub struct SoakOptions {
+    /// Avatars in the page
+    #[arg(long, default_value_t = 16)]
+    avatars: u32,
+    /// Times that another is put in and taken out
+    #[arg(long, default_value_t = 300)]
+    cycles: u32,
+    /// Seeks
+    #[arg(long, default_value_t = 1000)]
+    seeks: u32,
+    /// Times that an avatar is given another address
+    #[arg(long, default_value_t = 500)]
+    swaps: u32,
+    /// How long all of it lasts at least
+    #[arg(long, default_value_t = 10.0)]
+    minutes: f64,
+}
+
+/// Uses a page for long and prints what it holds, line by line. The element must have been built.
+pub fn soak(options: &SoakOptions) -> Result<()> {
+    let plan = serde_json::to_string(options).context("cannot write the plan")?;
+    let mut node = cases(&[SOAK], None)?;
+    command::run(node.env("CREASE_SOAK", plan).stdout(Stdio::inherit()))
 }
 
 /// Each of the cases that do not hold must fail, by name.

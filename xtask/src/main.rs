@@ -58,6 +58,8 @@ enum Task {
     Bench(bench::Options),
     /// Kill, starve and rob a training run, and compare how it ends
     Faults(faults::Options),
+    /// Use a page for long and count what it holds
+    Soak(element::SoakOptions),
     /// Check licences and sources; write the bill of materials
     Supply,
     /// Search for inputs that break a reader, the player or the animator
@@ -126,6 +128,12 @@ fn run(task: Task) -> Result<()> {
         Task::Test => test::run(),
         Task::Bench(options) => bench::run(&options),
         Task::Faults(options) => faults::run(&options),
+        Task::Soak(options) => {
+            let toolchain = setup::everything()?;
+            wasm::build(toolchain)?;
+            wasm::build_element()?;
+            element::soak(&options)
+        }
         Task::Supply => supply::run(),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Lint => {

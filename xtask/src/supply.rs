@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
@@ -12,19 +13,15 @@ use crate::{command, workspace};
 /// Where the bill goes.
 const BILL: &str = "target/crease.cdx.json";
 
-/// A crate as `cargo metadata` tells it.
-#[derive(Debug, Deserialize)]
+/// A crate that is built, for whatever target and feature.
+#[derive(Debug)]
 struct Package {
     name: String,
     version: String,
-    license: Option<String>,
-    license_file: Option<String>,
+    /// SPDX; empty where none is stated.
+    licence: String,
+    /// Where it comes from, if not from the registry.
     source: Option<String>,
-}
-
-#[derive(Deserialize)]
-struct Metadata {
-    packages: Vec<Package>,
 }
 
 /// The part of deny.toml that is looked at here.
@@ -72,12 +69,28 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// All crates of Cargo.lock, ours too.
+/// All crates that are built, ours too.
 fn packages() -> Result<Vec<Package>> {
-    let mut cargo = command::cargo("metadata");
-    let text = command::output(cargo.args(["--format-version", "1", "--locked", "--all-features"]))?;
-    let metadata: Metadata = serde_json::from_str(&text).context("cargo metadata")?;
-    Ok(metadata.packages)
+    let mut cargo = command::cargo("tree");
+    cargo.args(["--workspace", "--all-features", "--target", "all", "--edges", "normal,build,dev", "--locked"]);
+    let text = command::output(cargo.args(["--prefix", "none", "--format", "{p}|{l}"]))?;
+    let packages: BTreeMap<(String, String), Package> = text
+        .lines()
+        .filter_map(parse)
+        .map(|package| ((package.name.clone(), package.version.clone()), package))
+        .collect();
+    ensure!(!packages.is_empty(), "cargo tree lists no crates");
+    Ok(packages.into_values().collect())
+}
+
+/// `name vVERSION|LICENCE`; a crate from elsewhere has `(its address)` before the bar, a procedural macro says so.
+fn parse(line: &str) -> Option<Package> {
+    let (crate_, licence) = line.trim_end_matches(" (*)").split_once('|')?;
+    let mut words = crate_.split(' ');
+    let (name, version) = (words.next()?, words.next()?.strip_prefix('v')?);
+    let source = words.find(|word| *word != "(proc-macro)" && *word != "(*)");
+    let source = source.map(|word| word.trim_matches(['(', ')']).to_owned());
+    Some(Package { name: name.into(), version: version.into(), licence: licence.into(), source })
 }
 
 fn policy() -> Result<Policy> {
@@ -88,17 +101,16 @@ fn policy() -> Result<Policy> {
 /// What the policy does not accept, one line each.
 fn complaints(packages: &[Package], policy: &Policy) -> Result<Vec<String>> {
     let mut complaints = Vec::new();
-    for Package { name, version, license, license_file, source } in packages {
-        let licence = license.as_deref().unwrap_or_default();
+    for Package { name, version, licence, source } in packages {
         if licence.is_empty() {
-            complaints.push(format!("{name} {version}: expected a licence, found {license_file:?}"));
+            complaints.push(format!("{name} {version}: expected a licence, found none"));
         } else if !is_allowed(licence, &policy.licenses.allow)? {
             complaints.push(format!("{name} {version}: expected an accepted licence, found {licence}"));
         }
-        if let Some(source) = source
-            && !policy.sources.allow_registry.iter().any(|registry| source.strip_prefix("registry+") == Some(registry))
-        {
-            complaints.push(format!("{name} {version}: expected an accepted source, found {source}"));
+        // Nothing but the registry that is named, and this repository.
+        if let Some(source) = source.as_ref().filter(|source| !Path::new(source).starts_with(workspace::root())) {
+            let allowed = policy.sources.allow_registry.join(", ");
+            complaints.push(format!("{name} {version}: expected a source of {allowed}, found {source}"));
         }
         if let Some(ban) = policy.bans.deny.iter().find(|ban| ban.name == *name) {
             complaints.push(format!("{name} {version}: banned: {}", ban.reason));
@@ -144,10 +156,10 @@ fn bill(packages: &[Package]) -> Value {
             "name": package.name,
             "version": package.version,
             "purl": reference,
-            "licenses": [{ "expression": package.license.as_deref().unwrap_or("NOASSERTION").replace('/', " OR ") }],
+            "licenses": [{ "expression": package.licence.replace('/', " OR ") }],
         })
     };
-    let (own, others): (Vec<_>, Vec<_>) = packages.iter().partition(|package| package.source.is_none());
+    let (own, others): (Vec<_>, Vec<_>) = packages.iter().partition(|package| package.source.is_some());
     let mut components: Vec<Value> = others.into_iter().map(component).collect();
     components.sort_by_key(|component| component["bom-ref"].to_string());
     let crease = own.into_iter().find(|package| package.name == "crease").map(component);
@@ -164,17 +176,27 @@ fn bill(packages: &[Package]) -> Value {
 mod tests {
     use super::*;
 
-    fn package(name: &str, licence: Option<&str>, source: Option<&str>) -> Package {
-        Package {
-            name: name.into(),
-            version: "1.0.0".into(),
-            license: licence.map(Into::into),
-            license_file: None,
-            source: source.map(Into::into),
-        }
+    fn package(name: &str, licence: &str, source: Option<&str>) -> Package {
+        Package { name: name.into(), version: "1.0.0".into(), licence: licence.into(), source: source.map(Into::into) }
     }
 
-    const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
+    fn own() -> String {
+        workspace::root().display().to_string()
+    }
+
+    #[test]
+    fn lines_of_the_tree_are_understood() {
+        let line = |text: &str| {
+            let Package { name, version, licence, source } = parse(text)?;
+            Some((name, version, licence, source))
+        };
+        let expected = |source: Option<&str>| Some(("a".into(), "1.2.3".into(), "MIT".into(), source.map(Into::into)));
+        assert_eq!(line("a v1.2.3|MIT"), expected(None));
+        assert_eq!(line("a v1.2.3 (proc-macro)|MIT (*)"), expected(None));
+        assert_eq!(line("a v1.2.3 (/home/a)|MIT"), expected(Some("/home/a")));
+        assert_eq!(line("a v1.2.3 (https://example.org/a#1)|MIT"), expected(Some("https://example.org/a#1")));
+        assert_eq!(line("[dev-dependencies]"), None);
+    }
 
     #[test]
     fn everything_in_the_lock_file_is_accepted() {
@@ -188,18 +210,19 @@ mod tests {
     fn what_is_not_accepted_is_named() {
         let policy = policy().unwrap();
         let of = |package: Package| complaints(&[package], &policy).unwrap().join("\n");
-        assert_eq!(of(package("good", Some("MIT/Apache-2.0"), Some(REGISTRY))), "");
-        assert_eq!(of(package("choice", Some("GPL-3.0-only OR MIT"), Some(REGISTRY))), "");
-        assert!(of(package("copyleft", Some("MIT AND GPL-3.0-only"), Some(REGISTRY))).contains("GPL"));
-        assert!(of(package("silent", None, Some(REGISTRY))).contains("expected a licence"));
-        assert!(of(package("elsewhere", Some("MIT"), Some("git+https://example.org/a"))).contains("example.org"));
-        assert!(of(package("bincode", Some("MIT"), Some(REGISTRY))).contains("unmaintained"));
+        assert_eq!(of(package("good", "MIT/Apache-2.0", None)), "");
+        assert_eq!(of(package("choice", "GPL-3.0-only OR MIT", None)), "");
+        assert_eq!(of(package("own", "MIT", Some(&own()))), "");
+        assert!(of(package("copyleft", "MIT AND GPL-3.0-only", None)).contains("GPL"));
+        assert!(of(package("silent", "", None)).contains("expected a licence"));
+        assert!(of(package("elsewhere", "MIT", Some("https://example.org/a#1"))).contains("example.org"));
+        assert!(of(package("bincode", "MIT", None)).contains("unmaintained"));
         assert!(no_runtime_dependencies(r#"{"dependencies": {"left-pad": "1"}}"#).is_err());
     }
 
     #[test]
     fn the_bill_names_every_foreign_crate() {
-        let bill = bill(&[package("crease", Some("MIT"), None), package("glam", Some("MIT/Zlib"), Some(REGISTRY))]);
+        let bill = bill(&[package("crease", "MIT", Some(&own())), package("glam", "MIT/Zlib", None)]);
         assert_eq!(bill["metadata"]["component"]["name"], "crease");
         assert_eq!(bill["components"][0]["purl"], "pkg:cargo/glam@1.0.0");
         assert_eq!(bill["components"][0]["licenses"][0]["expression"], "MIT OR Zlib");

@@ -4,7 +4,8 @@
  * The first argument is a JSON object: { chromium, flags, files, only }. `files` are modules whose default export is a list of cases, and `only`
  * is a part of the names of those that shall run, or null. Prints a line for each case, and ends with 1 if one has failed or none has run.
  *
- * A case is { name, run, allows }: `run` gets the tools below and throws where something does not hold; `allows` are patterns of what a
+ * A case is { name, run, allows, limit }: `run` gets the tools below and throws where something does not hold, or after `limit` milliseconds;
+ * `allows` are patterns of what a
  * developer may see in red in the console during it. Anything else there fails the case, warnings included.
  */
 
@@ -38,7 +39,7 @@ try {
 console.log(failures > 0 ? `${failures} of ${count} cases failed` : `${count} cases passed`);
 process.exitCode = failures > 0 || count === 0 ? 1 : 0;
 
-async function passes({ name, run, allows = [], context: options = {} }) {
+async function passes({ name, run, allows = [], context: options = {}, limit = LIMIT_MILLISECONDS }) {
   const started = performance.now();
   const context = await browser.newContext({ viewport: VIEWPORT, deviceScaleFactor: 1, ...options });
   context.setDefaultTimeout(LIMIT_MILLISECONDS);
@@ -53,7 +54,7 @@ async function passes({ name, run, allows = [], context: options = {} }) {
   server.requests.length = 0;
   let reason = null;
   try {
-    await within(LIMIT_MILLISECONDS, run(tools(page)));
+    await within(limit, run(tools(page)));
     const noise = problems.filter((problem) => !allows.some((pattern) => pattern.test(problem)));
     assert.deepEqual(noise, [], "the console is not quiet");
   } catch (error) {

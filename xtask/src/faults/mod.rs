@@ -9,7 +9,7 @@ use std::fs;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 
-use crate::{command, workspace};
+use crate::{command, lint, workspace};
 use trial::{Preset, Trial};
 
 /// How often to kill.
@@ -35,7 +35,8 @@ struct Row {
 /// Builds the trainer, tries every fault, prints a table and writes target/faults.json. An error where a run did not end as it should.
 pub fn run(options: &Options) -> Result<()> {
     let mut build = command::cargo("build");
-    build.args(["--package", "crease-trainer", "--bin", "crease", "--example", "write_sequence"]);
+    // The same selection and features as the tests': what they built is used here.
+    build.args(["--workspace", "--bin", "crease", "--example", "write_sequence"]).args(lint::FEATURES);
     command::run(&mut build)?;
 
     let mut rows = Vec::new();

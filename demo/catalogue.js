@@ -12,6 +12,13 @@ export const AVATARS = [
     poster: "demo/pictures/shirt-dancer.webp",
     alt: "A person in a long loose shirt and jeans",
   },
+  {
+    id: "tee-turner",
+    name: "T-shirt",
+    src: "web/assets/tee-turner.glb",
+    poster: "demo/pictures/tee-turner.webp",
+    alt: "A person in a T-shirt and loose trousers",
+  },
 ];
 
 /** @type {readonly Motion[]} */

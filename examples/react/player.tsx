@@ -9,10 +9,10 @@ export function Player() {
   const [message, setMessage] = useState("Loading …");
 
   useEffect(() => {
-    avatar.current?.ready.then(
-      () => setMessage("Playing"),
-      (error: Error) => setMessage(error.message),
-    );
+    const leave = new AbortController();
+    avatar.current?.addEventListener("load", () => setMessage("Playing"), leave);
+    avatar.current?.addEventListener("error", ({ error }) => setMessage(error.message), leave);
+    return () => leave.abort();
   }, []);
 
   return (

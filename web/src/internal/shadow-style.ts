@@ -31,7 +31,18 @@ const CSS = `
   .message.shown { display: grid; gap: 0.75rem; }
   .message p { margin: 0; max-inline-size: 32rem; overflow-wrap: anywhere; }
   .controls { pointer-events: none; display: grid; align-items: end; }
-  .controls ::slotted(*) { pointer-events: auto; }
+  .controls ::slotted(*), .transport { pointer-events: auto; }
+  :host(:not([controls])) .transport, .transport.gone { display: none; }
+  .transport {
+    display: flex; align-items: center; gap: 0.6rem; padding: 1.6rem 0.8rem 0.5rem; color: var(--transport-color, white);
+    font: 0.8rem/1 system-ui, sans-serif; background: linear-gradient(transparent, var(--transport-background, rgb(0 0 0 / 0.55)));
+  }
+  .transport input { flex: 1; min-inline-size: 0; margin: 0; accent-color: currentcolor; cursor: pointer; }
+  .transport :focus-visible { outline: var(--focus-ring, 2px solid currentcolor); outline-offset: 2px; }
+  .time { font-variant-numeric: tabular-nums; }
+  .play { inline-size: 2rem; block-size: 2rem; padding: 0.5rem; border: 0; border-radius: 50%; background: none; color: inherit; cursor: pointer; }
+  .play::before { content: ""; display: block; block-size: 100%; background: currentcolor; clip-path: polygon(12% 0, 100% 50%, 12% 100%); }
+  .play.playing::before { clip-path: polygon(10% 0, 38% 0, 38% 100%, 62% 100%, 62% 0, 90% 0, 90% 100%, 10% 100%); }
   .status { position: absolute; inline-size: 1px; block-size: 1px; overflow: hidden; clip-path: inset(50%); white-space: nowrap; }
   @media (prefers-reduced-motion: reduce) { canvas, .poster, .poster.gone, .progress { transition: none; } }`;
 

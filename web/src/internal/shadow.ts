@@ -1,4 +1,6 @@
+import { make } from "./make.js";
 import { shadowStyle } from "./shadow-style.js";
+import { type Playable, Transport } from "./transport.js";
 
 /** The element's own tree: the picture, and what lies over it: poster, progress bar, message, controls. */
 export class ShadowTree {
@@ -6,7 +8,7 @@ export class ShadowTree {
   readonly picture = make("div", { class: "picture", part: "picture" });
   /** Whatever covers the picture until it is revealed. */
   readonly poster = make("div", { class: "poster gone" });
-  readonly #image = make("img", { part: "poster", alt: "" }) as HTMLImageElement;
+  readonly #image = make("img", { part: "poster", alt: "" });
   readonly #progress = make("div", { class: "progress gone" });
   readonly #bar = make("div", {
     class: "bar",
@@ -21,7 +23,7 @@ export class ShadowTree {
   readonly #status = make("div", { class: "status", role: "status" });
   #canvas: HTMLCanvasElement | null = null;
 
-  constructor(host: HTMLElement) {
+  constructor(host: HTMLElement & Playable) {
     const root = host.attachShadow({ mode: "open", delegatesFocus: true });
     root.adoptedStyleSheets = [shadowStyle()];
     this.#bar.append(make("div", { part: "progress-value" }));
@@ -29,7 +31,7 @@ export class ShadowTree {
     this.#progress.append(slot("progress-bar", this.#bar));
     this.#message.append(this.#reason, slot("fallback"));
     const controls = make("div", { class: "controls", part: "controls" });
-    controls.append(slot("controls"));
+    controls.append(slot("controls", new Transport(host).bar));
     root.append(this.picture, this.poster, this.#message, this.#progress, controls, this.#status);
   }
 
@@ -99,12 +101,6 @@ export class ShadowTree {
     this.#message.classList.toggle("shown", text !== null);
     this.#reason.textContent = text;
   }
-}
-
-function make(tag: string, attributes: Readonly<Record<string, string>>): HTMLElement {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  return element;
 }
 
 function slot(name: string, ...content: readonly HTMLElement[]): HTMLElement {

@@ -30,7 +30,7 @@ export class WorkerHost {
   static async start(): Promise<{ host: WorkerHost; capability: Capability } | null> {
     let worker: Worker;
     try {
-      worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+      worker = newWorker();
     } catch {
       return null;
     }
@@ -87,4 +87,17 @@ export class WorkerHost {
     this.#usable = false;
     this.#worker.terminate();
   }
+}
+
+/** Browsers start workers from the page's own origin only: a script from elsewhere is imported by one line that is the page's. */
+function newWorker(): Worker {
+  if (new URL(import.meta.url).origin === location.origin) {
+    return new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+  }
+  // Not by `new URL`: bundlers would take the script for another asset.
+  const elsewhere = import.meta.url.replace(/[^/]*$/u, "worker.js");
+  const line = URL.createObjectURL(new Blob([`import ${JSON.stringify(elsewhere)};`], { type: "text/javascript" }));
+  const worker = new Worker(line, { type: "module" });
+  worker.addEventListener("message", () => URL.revokeObjectURL(line), { once: true });
+  return worker;
 }

@@ -2,6 +2,7 @@ import { controlPicture } from "../internal/camera-controls.js";
 import { CameraOrbit, CameraTarget, fieldOfViewOf, orbitOf, targetOf, turnOf } from "../internal/camera-place.js";
 import { colourOf } from "../internal/colour.js";
 import { CreaseError } from "../internal/crease-error.js";
+import type { CreaseAvatarEventMap } from "../internal/element/events.js";
 import { LookAttributes } from "../internal/element/look-attributes.js";
 import { MediaState } from "../internal/media-state.js";
 import { addressesOf, clamp, finite } from "../internal/options.js";
@@ -30,6 +31,7 @@ import { watchSize, watchVisibility } from "../internal/visibility.js";
 export type {
   Backend,
   BackendChoice,
+  CreaseAvatarEventMap,
   Environment,
   ErrorCode,
   Follow,
@@ -131,17 +133,20 @@ const SETTINGS_OF_ATTRIBUTES: Readonly<Record<string, SettingName>> = {
  * @fires poster-dismissed - The poster is gone.
  * @slot poster - Covers the picture until it is revealed, in place of the picture at `poster`.
  * @slot progress-bar - Shown while the avatar loads, in place of the bar.
- * @slot controls - Lies over the lower edge of the picture.
+ * @slot controls - Lies over the lower edge of the picture, in place of the bar of `controls`.
  * @slot fallback - Shown under the reason where the avatar cannot be shown.
  * @csspart picture - What is drawn, focused and steered.
  * @csspart poster - The poster's image.
  * @csspart progress-bar - The bar, and `progress-value` in it.
  * @csspart message - What is shown after an error, and `reason` in it.
  * @csspart controls - What holds the slot `controls`.
+ * @csspart transport - The bar of `controls`; `play`, `scrub` and `time` in it.
  * @cssprop --poster-color - Behind the poster.
  * @cssprop --progress-bar-color - The bar.
  * @cssprop --progress-bar-track-color - Behind the bar.
  * @cssprop --progress-bar-height - Its height.
+ * @cssprop --transport-color - The bar of `controls`.
+ * @cssprop --transport-background - Behind it.
  * @cssprop --focus-ring - The picture's outline while it has the focus of the keyboard.
  * @cssprop --touch-action - What a touch may do to the page while `camera-controls` are on; `pan-y` unless set.
  * @example `<crease-avatar src="avatar.glb" motion="dance.pkl" fps="60" autoplay loop camera-controls></crease-avatar>`
@@ -183,11 +188,11 @@ export class CreaseAvatarElement extends LookAttributes {
 
   constructor() {
     super();
-    this.#tree = new ShadowTree(this);
     this.#media = new MediaState({
       tell: (event) => this.dispatchEvent(new Event(event)),
       wish: (wish) => this.#session?.send({ kind: "clock", wish }),
     });
+    this.#tree = new ShadowTree(this);
     this.#renewReady();
     this.#tree.poster.addEventListener("click", () => {
       if (this.reveal === "interaction") this.dismissPoster();

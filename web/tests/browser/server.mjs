@@ -16,13 +16,13 @@ const MEDIA_TYPES = {
   ".svg": "image/svg+xml",
 };
 
-/** An empty page that knows the element; `strict` in its query adds the strictest policy under which the element works. */
+/** An empty page that knows the element; `strict` in its query adds the documented policy. */
 const BLANK = `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>A case</title>
-<link rel="icon" href="data:,"><link rel="stylesheet" href="/case.css">
+<link rel="stylesheet" href="/case.css">
 <script type="module" src="/web/dist/public/crease-avatar.js"></script></head><body></body></html>`;
 const STYLE = "body { margin: 0; } crease-avatar { display: block; width: 320px; height: 320px; }";
-const POLICY =
-  "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; img-src 'self' data:; style-src 'self'";
+/** Read from the page that recommends it: what is recommended is what was tried. */
+const POLICY = /^Content-Security-Policy: (.+)$/mu.exec(await readFile(join(ROOT, "docs/self-hosting.md"), "utf8"))[1];
 
 /** Starts it; `other` is a second origin, whose files are not shared with the first. */
 export async function startServer() {
@@ -43,6 +43,8 @@ export async function startServer() {
           BLANK,
           url.search === "?strict" ? { "Content-Security-Policy": POLICY } : {},
         );
+      case "/favicon.ico":
+        return send(204, "image/x-icon", "");
       case "/case.css":
         return send(200, "text/css", STYLE);
       case "/bad/missing.glb":
@@ -63,11 +65,14 @@ export async function startServer() {
         response.on("close", () => held.delete(url.pathname));
         return;
     }
-    const path = normalize(decodeURIComponent(url.pathname));
+    // Below /shared/ lie the same files, for every origin.
+    const shared = url.pathname.startsWith("/shared/");
+    const path = normalize(decodeURIComponent(shared ? url.pathname.slice("/shared".length) : url.pathname));
     if (!/^\/(?:web\/(?:dist|pkg|assets)|tests)\//u.test(path)) return send(404, "text/plain", "Not here.");
     try {
       const body = await readFile(join(ROOT, path));
-      return send(200, MEDIA_TYPES[extname(path)] ?? "application/octet-stream", body);
+      const headers = shared ? { "Access-Control-Allow-Origin": "*" } : {};
+      return send(200, MEDIA_TYPES[extname(path)] ?? "application/octet-stream", body, headers);
     } catch {
       return send(404, "text/plain", "There is no such file.");
     }

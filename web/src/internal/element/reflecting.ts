@@ -1,5 +1,7 @@
+import type { TypedListeners } from "./events.js";
+
 /** Where there is no DOM (on a server) the class can still be imported. */
-const Base = (typeof HTMLElement === "undefined" ? class {} : HTMLElement) as typeof HTMLElement;
+const Base = (typeof HTMLElement === "undefined" ? class {} : HTMLElement) as new () => TypedListeners & HTMLElement;
 
 /** An element whose properties are attributes. */
 export class ReflectingElement extends Base {

@@ -35,6 +35,19 @@ export class TimeAttributes extends SourceAttributes {
   }
 
   /**
+   * Whether a bar with play, scrub and time lies over the lower edge of the picture. What the page puts into the slot `controls` takes its place.
+   *
+   * @attr controls
+   * @example `<crease-avatar src="avatar.glb" motion="dance.pkl" controls></crease-avatar>`
+   */
+  get controls(): boolean {
+    return this.hasAttribute("controls");
+  }
+  set controls(value: boolean) {
+    this.toggleAttribute("controls", value);
+  }
+
+  /**
    * Seconds of motion per second, -16 to 16; negative runs backwards. Fires `ratechange`.
    *
    * @attr playback-rate

@@ -203,6 +203,35 @@ export default [
     },
   },
   {
+    name: "look: the bar of controls plays, scrubs and tells the time, where it is asked for and there is a motion",
+    run: async ({ page, mount, withAvatar }) => {
+      await mount();
+      const bar = page.locator("crease-avatar .transport");
+      assert.equal(await bar.isVisible(), false, "nobody asked for it");
+      const duration = await withAvatar((avatar) => {
+        avatar.controls = true;
+        window.heard = listen(avatar, ["input", "change", "seeked"]);
+        return avatar.duration;
+      });
+      await page.getByRole("button", { name: "Play", exact: true }).click();
+      await page.getByRole("button", { name: "Pause", exact: true }).click();
+      assert.equal(await withAvatar((avatar) => avatar.paused), true);
+      const scrub = page.getByRole("slider", { name: "Time" });
+      await scrub.fill(String(duration / 2));
+      await page.waitForFunction(() => window.heard.includes("seeked"));
+      assert.equal(await withAvatar((avatar) => avatar.currentTime), duration / 2);
+      assert.equal(
+        await withAvatar(() => window.heard.some((name) => name !== "seeked")),
+        false,
+        "it is not a field of the page",
+      );
+      const spoken = `${(duration / 2).toFixed(1)} of ${duration.toFixed(1)} seconds`;
+      assert.equal(await scrub.getAttribute("aria-valuetext"), spoken);
+      await withAvatar((avatar) => avatar.removeAttribute("motion"));
+      await bar.waitFor({ state: "hidden" });
+    },
+  },
+  {
     name: "look: it turns by itself, unless reduced motion is preferred",
     run: async ({ mount, withAvatar, page }) => {
       await mount({ "auto-rotate": true, "rotation-per-second": "90deg" });

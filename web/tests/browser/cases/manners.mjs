@@ -196,8 +196,22 @@ export default [
   {
     name: "manners: under a strict policy it plays",
     run: async ({ mount, withAvatar }) => {
-      await mount({ poster: "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg'/%3E" }, { query: "?strict" });
+      await mount({ poster: "/tests/goldens/base.png" }, { query: "?strict" });
       assert.equal(await withAvatar((avatar) => avatar.loaded), true);
+    },
+  },
+  {
+    name: "manners: loaded from another origin it works in a worker all the same",
+    run: async ({ page, server }) => {
+      await page.goto(`${server.origin}/case.css`);
+      const thread = await page.evaluate(async (element) => {
+        await import(element);
+        window.put({});
+        const avatar = document.querySelector("crease-avatar");
+        await avatar.ready;
+        return avatar.statistics.thread;
+      }, `${server.otherOrigin}/shared/web/dist/public/crease-avatar.js`);
+      assert.equal(thread, "worker");
     },
   },
   {

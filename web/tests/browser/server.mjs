@@ -30,7 +30,8 @@ export async function startServer() {
   const held = new Set();
   const answer = async (request, response) => {
     const url = new URL(request.url, "http://localhost");
-    requests.push(url.pathname);
+    // Browsers ask for it by themselves.
+    if (url.pathname !== "/favicon.ico") requests.push(url.pathname);
     const send = (status, type, body, headers = {}) => {
       response.writeHead(status, { "Content-Type": type, "Cache-Control": "no-store", ...headers });
       response.end(body);

@@ -10,10 +10,11 @@ use crate::browser::Browser;
 use crate::{command, progress, workspace};
 
 /// The tables of cases.
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     "./cases/time.mjs",
     "./cases/look.mjs",
     "./cases/out.mjs",
+    "./cases/readers.mjs",
     "./cases/errors.mjs",
     "./cases/faults.mjs",
     "./cases/manners.mjs",

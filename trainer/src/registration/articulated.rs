@@ -73,6 +73,11 @@ impl<'a> ArticulatedBody<'a> {
         self.body.parents.len()
     }
 
+    /// The joint of this name.
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.body.joint_names.iter().position(|joint| joint == name)
+    }
+
     /// Number of shape coefficients.
     pub fn shape_count(&self) -> usize {
         self.shape_count

@@ -105,7 +105,8 @@ pub fn frame_system(
     Ok((system, closeness))
 }
 
-fn closeness(model: &Model, evidence: Evidence, state: &State, search: &Search) -> Closeness {
+/// How close `state` is, and its energy as of [`frame_system`]; infinite where that fails.
+pub fn closeness(model: &Model, evidence: Evidence, state: &State, search: &Search) -> Closeness {
     frame_system(model, evidence, state, search, false)
         .map_or(Closeness { energy: f64::INFINITY, distance: f64::INFINITY }, |(_, closeness)| closeness)
 }

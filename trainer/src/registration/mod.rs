@@ -6,13 +6,15 @@
 //!
 //! 1. [`start`](find_start) tries directions and arms on the first frame, unless a pose is given.
 //! 2. Tracking predicts, fits and judges frame after frame; failing frames are tried again from behind.
-//! 3. β is estimated from several frames jointly, all frames are refined with it, near the mean of their neighbours.
+//! 3. A second track comes from the last frame; each limb follows the better of the two.
+//! 4. β is estimated from several frames jointly, all frames are refined with it, near the mean of their neighbours.
 
 mod accuracy;
 mod articulated;
 mod frame_fit;
 mod keypoint_files;
 mod keypoints;
+mod limbs;
 mod priors;
 mod scan_term;
 mod separation;
@@ -86,7 +88,8 @@ pub fn register(capture: &Capture, body: &Body, hints: &Hints, progress: Progres
     let model = Model::new(ArticulatedBody::new(body, SHAPE_COUNT));
     let track = Track { model: &model, clouds: &clouds, keypoints: &hints.keypoints };
     let start = first_state(&track, hints)?;
-    let mut tracked = track.follow(&start, progress)?;
+    let tracked = track.follow(&start, progress)?;
+    let mut tracked = track.mend_limbs(&tracked, progress)?;
     for _ in 0..ROUND_COUNT {
         let betas = common_shape(&track, &tracked)?;
         tracked = track.refine(&tracked, &betas, progress)?;

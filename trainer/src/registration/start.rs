@@ -73,7 +73,6 @@ fn starts(model: &Model, evidence: Evidence) -> Vec<State> {
     let pelvis = body.pose(&rest, false).joints[0];
     rest.pose.translation = Vec3::new(middle.x - pelvis.x, bottom - low, middle.z - pelvis.z);
 
-    let joint = |name: &str| body.body.joint_names.iter().position(|joint| joint == name);
     let mut starts = Vec::new();
     for turn in 0..TURN_COUNT {
         for [hang, bend] in ARMS {
@@ -86,7 +85,7 @@ fn starts(model: &Model, evidence: Evidence) -> Vec<State> {
                 ("right_elbow", Quat::from_rotation_y(-bend)),
             ];
             for (name, rotation) in turns {
-                if let Some(joint) = joint(name) {
+                if let Some(joint) = body.joint(name) {
                     start.pose.rotations[joint] = rotation;
                 }
             }

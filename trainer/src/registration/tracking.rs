@@ -1,7 +1,7 @@
 //! From frame to frame: predicted, fitted, judged; where that fails, again from the neighbours on either side.
 
 use super::articulated::{State, difference};
-use super::frame_fit::{Evidence, Model, Stage, fit_frame};
+use super::frame_fit::{Evidence, Model, Stage, closeness, fit_frame};
 use super::keypoints::Keypoints;
 use super::priors::Expected;
 use super::scan_term::{Closeness, Cloud};
@@ -61,16 +61,38 @@ impl Track<'_> {
         let bar = progress.bar("following the body", self.clouds.len());
         let mut tracked: Vec<Tracked> = Vec::with_capacity(self.clouds.len());
         for t in 0..self.clouds.len() {
-            let fitted = match t {
-                0 => self.fit(t, start, None)?,
-                1 => self.fit(t, &tracked[0].state, Some(&tracked[0].state))?,
-                _ => self.step(t, &tracked[t - 1].state, &tracked[t - 2].state, tracked[t - 1].closeness.distance)?,
-            };
-            tracked.push(fitted);
+            tracked.push(self.next(t, start, &tracked)?);
             bar.advance(1);
         }
         self.retry_backwards(&mut tracked)?;
         Ok(tracked)
+    }
+
+    /// The same from the last frame backwards.
+    pub fn follow_back(&self, start: &State, progress: Progress) -> anyhow::Result<Vec<Tracked>> {
+        let bar = progress.bar("following it back", self.clouds.len());
+        let mut tracked: Vec<Tracked> = Vec::with_capacity(self.clouds.len());
+        for t in (0..self.clouds.len()).rev() {
+            tracked.push(self.next(t, start, &tracked)?);
+            bar.advance(1);
+        }
+        tracked.reverse();
+        Ok(tracked)
+    }
+
+    /// How close `state` is to frame `t`.
+    pub fn closeness(&self, t: usize, state: &State) -> Closeness {
+        let [.., last] = tracking_stages();
+        closeness(self.model, self.evidence(t, None), state, &last.search)
+    }
+
+    /// Frame `t` after those that were `tracked` before it, the latest last, or from `start`.
+    fn next(&self, t: usize, start: &State, tracked: &[Tracked]) -> anyhow::Result<Tracked> {
+        match tracked {
+            [] => self.fit(t, start, None),
+            [near] => self.fit(t, &near.state, Some(&near.state)),
+            [.., far, near] => self.step(t, &near.state, &far.state, near.closeness.distance),
+        }
     }
 
     /// Frame `t` from its neighbour and the neighbour's neighbour, on one side: as they move on, or, where that leaves the scan much farther

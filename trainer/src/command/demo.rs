@@ -55,11 +55,9 @@ impl Subject {
                 tests: &[("shirt-dancer", "0::2"), ("aist-lahop", "0::2")],
                 is_registered: false,
             },
-            Self::TeeTurner => Recipe {
-                training: &[("tee-turner", "1::2")],
-                tests: &[("tee-turner", "0::2")],
-                is_registered: true,
-            },
+            Self::TeeTurner => {
+                Recipe { training: &[("tee-turner", "1::2")], tests: &[("tee-turner", "0::2")], is_registered: true }
+            }
         }
     }
 }

@@ -126,7 +126,52 @@ fn cheapest_path(energies: &[[f64; 2]], turn: impl Fn(usize, usize, usize) -> f6
 
 #[cfg(test)]
 mod tests {
+    use super::super::articulated::ArticulatedBody;
+    use super::super::frame_fit::Model;
+    use super::super::scan_term::{Closeness, Cloud};
     use super::*;
+    use crate::sampling::area_uniform;
+    use crate::sequence::Frame;
+    use crease::body::Body;
+    use glam::Vec3A;
+
+    /// The body with its left arm swung aside by `angle`, radians.
+    fn swung(body: &ArticulatedBody, angle: f32) -> State {
+        let mut state = body.rest();
+        state.pose.rotations[16] = Quat::from_rotation_z(angle - 1.2);
+        state.pose.rotations[17] = Quat::from_rotation_z(1.2);
+        state
+    }
+
+    fn scan(body: &ArticulatedBody, state: &State, index: usize) -> Cloud {
+        let posed = body.pose(state, false);
+        let samples = area_uniform(&posed.vertices, body.triangles(), 5_000, index as u64);
+        let points: Vec<Vec3A> =
+            samples.iter().map(|sample| sample.interpolate(body.triangles(), &posed.vertices)).collect();
+        let weights = vec![1.0; points.len()];
+        Cloud::new(&Frame { index, points, normals: None, colours: None, weights, camera: None })
+    }
+
+    #[test]
+    fn an_arm_that_was_lost_on_the_way_is_found_again() {
+        let body = Body::read(include_bytes!("../../../assets/open_body.npz"), "the open body").unwrap();
+        let model = Model::new(ArticulatedBody::new(&body, 2));
+        let truth: Vec<State> = (0..6).map(|t| swung(&model.body, 0.15 * t as f32)).collect();
+        let clouds: Vec<Cloud> = truth.iter().enumerate().map(|(t, state)| scan(&model.body, state, t)).collect();
+        let track = Track { model: &model, clouds: &clouds, keypoints: &[] };
+        // From frame 3 on the arm points up, where the scans have nothing.
+        let lost = |t: usize, state: &State| if t < 3 { state.clone() } else { swung(&model.body, 2.4) };
+        let tracked: Vec<Tracked> = (truth.iter().enumerate())
+            .map(|(t, state)| Tracked { state: lost(t, state), closeness: Closeness::default() })
+            .collect();
+        let mended = track.mend_limbs(&tracked, Progress::Silent).unwrap();
+        let hand = |state: &State| model.body.pose(state, false).joints[22];
+        assert!(hand(&tracked[4].state).distance(hand(&truth[4])) > 0.5);
+        for (t, (found, truth)) in mended.iter().zip(&truth).enumerate() {
+            let distance = hand(&found.state).distance(hand(truth));
+            assert!(distance < 0.04, "frame {t}: the hand is {distance} m off");
+        }
+    }
 
     #[test]
     fn the_path_follows_the_energy_and_changes_over_where_it_is_cheap() {

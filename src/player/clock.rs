@@ -91,14 +91,16 @@ impl Clock {
     }
 
     /// Lets `seconds` of real time pass, and returns whether the motion started over. At the end of a motion that does not loop, time
-    /// stops.
+    /// stops. A loop stays where it is when a rate beyond all measure leaves no place to wrap to.
     pub fn advance(&mut self, seconds: f64) -> bool {
         if !self.running() || !seconds.is_finite() {
             return false;
         }
         let next = self.seconds + seconds * self.rate;
         if self.looping {
-            self.seconds = next.rem_euclid(self.duration);
+            if next.is_finite() {
+                self.seconds = next.rem_euclid(self.duration);
+            }
             self.seconds != next
         } else {
             self.seconds = next.clamp(0.0, self.duration);
@@ -134,6 +136,23 @@ mod tests {
         clock.pause();
         clock.advance(1.0);
         assert_eq!(clock.seconds(), 1.0);
+    }
+
+    #[test]
+    fn a_rate_beyond_all_measure_leaves_time_within_the_motion() {
+        for (rate, end) in [(1e301, 4.0), (-1e301, 0.0)] {
+            let mut clock = clock(4.0);
+            clock.set_looping(true);
+            clock.set_rate(rate);
+            clock.play();
+            let before = clock.seconds();
+            clock.advance(1e10);
+            assert_eq!(clock.seconds(), before);
+            clock.set_looping(false);
+            clock.seek(2.0);
+            clock.advance(1e10);
+            assert_eq!(clock.seconds(), end);
+        }
     }
 
     #[test]

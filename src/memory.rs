@@ -20,7 +20,7 @@ impl Default for MemoryLimit {
 
 /// The limit for one file, and what of it is taken.
 #[derive(Debug)]
-pub(crate) struct Allowance {
+pub struct Allowance {
     limit: MemoryLimit,
     total: usize,
     held: Cell<usize>,
@@ -28,26 +28,46 @@ pub(crate) struct Allowance {
 
 /// More memory is needed than a file may take, in the words of readers' errors.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Shortage {
+pub struct Shortage {
+    /// What the file may take.
     pub expected: String,
+    /// What it takes, and what it wants beyond that.
     pub found: String,
 }
 
 impl Allowance {
-    pub(crate) fn new(limit: MemoryLimit, file_size: usize) -> Self {
+    /// For a file of `file_size` bytes; nothing is taken yet.
+    pub fn new(limit: MemoryLimit, file_size: usize) -> Self {
         let total = limit.times_file.saturating_mul(file_size).saturating_add(limit.plus);
         Self { limit, total, held: Cell::new(0) }
     }
 
     /// Takes `bytes` for as long as the file is read.
-    pub(crate) fn hold(&self, bytes: usize) -> Result<(), Shortage> {
+    pub fn hold(&self, bytes: usize) -> Result<(), Shortage> {
         self.afford(bytes)?;
         self.held.set(self.held.get() + bytes);
         Ok(())
     }
 
+    /// Bytes that can still be had.
+    pub fn left(&self) -> usize {
+        self.total - self.held.get()
+    }
+
+    /// Makes room for `more` items in a list that is kept, at least doubling it where it is full. While items move, both places are needed.
+    pub fn grow<T>(&self, items: &mut Vec<T>, more: usize) -> Result<(), Shortage> {
+        let (length, capacity) = (items.len(), items.capacity());
+        if capacity - length >= more {
+            return Ok(());
+        }
+        let wanted = length.saturating_add(more).max(capacity.saturating_mul(2));
+        self.afford(wanted.saturating_mul(size_of::<T>()))?;
+        items.reserve_exact(wanted - length);
+        self.hold((wanted - capacity) * size_of::<T>())
+    }
+
     /// Whether `bytes` more can be had for a while.
-    pub(crate) fn afford(&self, bytes: usize) -> Result<(), Shortage> {
+    pub fn afford(&self, bytes: usize) -> Result<(), Shortage> {
         if self.held.get().saturating_add(bytes) <= self.total {
             return Ok(());
         }
@@ -74,5 +94,16 @@ mod tests {
         assert_eq!(shortage.found, "15 and 6 more");
         assert!(allowance.hold(usize::MAX).is_err());
         assert!(allowance.hold(5).is_ok());
+        assert_eq!(allowance.left(), 0);
+    }
+
+    #[test]
+    fn lists_grow_until_both_places_are_too_large() {
+        let allowance = Allowance::new(MemoryLimit { times_file: 0, plus: 100 }, 0);
+        let mut items: Vec<u32> = Vec::new();
+        let fitted = (0..100).take_while(|&item| allowance.grow(&mut items, 1).map(|()| items.push(item)).is_ok());
+        // 16 items take 64 bytes; 32 would take 128.
+        assert_eq!((fitted.count(), items.capacity()), (16, 16));
+        assert!(allowance.grow(&mut items, usize::MAX).is_err());
     }
 }

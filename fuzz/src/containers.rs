@@ -10,6 +10,8 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 pub const GLB: Container = Container { open: open_glb, close: close_glb };
 /// A zip archive: one part an entry. Closed without compression, so that blind mutations reach the content as well.
 pub const NPZ: Container = Container { open: open_npz, close: close_npz };
+/// The view of a depth camera: `camera.json`, header and pixels of a PNG, and a picture of any kind.
+pub const VIEW: Container = Container { open: open_view, close: close_view };
 /// A checkpoint's file: fingerprint and result.
 pub const CHECKPOINT: Container = Container { open: open_checkpoint, close: close_checkpoint };
 
@@ -66,6 +68,74 @@ fn close_npz(parts: &[Part]) -> Vec<u8> {
         }
     }
     archive.finish().expect("memory takes every write").into_inner()
+}
+
+/// `camera.json`, depth image and picture, each but the last behind its length.
+pub fn split_view(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
+    let split = |bytes| {
+        let (length, rest) = <[u8]>::split_first_chunk(bytes)?;
+        rest.split_at_checked(u16::from_le_bytes(*length).into())
+    };
+    let (camera, rest) = split(bytes)?;
+    let (depth, colour) = split(rest)?;
+    Some((camera, depth, colour))
+}
+
+fn open_view(bytes: &[u8]) -> Option<Vec<Part>> {
+    let (camera, depth, colour) = split_view(bytes)?;
+    let mut chunks = depth.get(PNG_SIGNATURE.len()..)?;
+    let (mut header, mut packed) = (None, Vec::new());
+    while let Some((length, rest)) = chunks.split_first_chunk() {
+        let (kind, rest) = rest.split_first_chunk::<4>()?;
+        let (content, rest) = rest.split_at_checked(u32::from_be_bytes(*length) as usize)?;
+        match kind {
+            b"IHDR" => header = Some(content),
+            b"IDAT" => packed.extend(content),
+            _ => {}
+        }
+        chunks = rest.get(4..)?;
+    }
+    let mut pixels = Vec::new();
+    flate2::read::ZlibDecoder::new(&*packed).take(LARGEST_ENTRY).read_to_end(&mut pixels).ok()?;
+    Some(vec![part("camera.json", camera), part("header", header?), part("pixels", &pixels), part("picture", colour)])
+}
+
+const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+
+fn close_view(parts: &[Part]) -> Vec<u8> {
+    let [camera, header, pixels, colour] = [0, 1, 2, 3].map(|index| parts[index].bytes.as_slice());
+    let depth = png(header, pixels);
+    let length = |bytes: &[u8]| u16::try_from(bytes.len()).unwrap_or(u16::MAX).to_le_bytes();
+    [&length(camera), camera, &length(&depth), &depth, colour].concat()
+}
+
+/// A PNG of its header's 13 bytes and its rows, each behind its filter's number; not compressed.
+pub fn png(header: &[u8], rows: &[u8]) -> Vec<u8> {
+    let mut packed = vec![0x78, 0x01];
+    let mut blocks = rows.chunks(usize::from(u16::MAX)).peekable();
+    while let Some(block) = blocks.next() {
+        let length = block.len() as u16;
+        packed.push(u8::from(blocks.peek().is_none()));
+        packed.extend(length.to_le_bytes());
+        packed.extend((!length).to_le_bytes());
+        packed.extend(block);
+    }
+    let (a, b) = rows.iter().fold((1, 0), |(a, b), &byte| {
+        let a = (a + u32::from(byte)) % 65521;
+        (a, (b + a) % 65521)
+    });
+    packed.extend((b << 16 | a).to_be_bytes());
+    let mut bytes = PNG_SIGNATURE.to_vec();
+    for (kind, content) in [(b"IHDR", header), (b"IDAT", &packed), (b"IEND", &[])] {
+        let mut checksum = flate2::Crc::new();
+        checksum.update(kind);
+        checksum.update(content);
+        bytes.extend((content.len() as u32).to_be_bytes());
+        bytes.extend(kind);
+        bytes.extend(content);
+        bytes.extend(checksum.sum().to_be_bytes());
+    }
+    bytes
 }
 
 fn open_checkpoint(bytes: &[u8]) -> Option<Vec<Part>> {

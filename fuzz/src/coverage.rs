@@ -55,6 +55,24 @@ impl Coverage {
         }
     }
 
+    /// Whether a counter counts since [`Self::reset`] that never did. Notes nothing.
+    #[expect(unsafe_code, reason = "as in reset")]
+    pub fn has_more(&self) -> bool {
+        let mut seen = self.seen.as_slice();
+        self.ranges.iter().any(|&(start, length)| {
+            // SAFETY: as in `is_new`.
+            let counters = unsafe { std::slice::from_raw_parts(start, length) };
+            let (own, rest) = seen.split_at(length);
+            seen = rest;
+            let is_more = |(counters, seen): (&[u8], &[u8])| {
+                // Most of the program does not run.
+                counters.iter().any(|&count| count != 0)
+                    && counters.iter().zip(seen).any(|(&count, &seen)| count != 0 && seen == 0)
+            };
+            counters.chunks(CHUNK).zip(own.chunks(CHUNK)).any(is_more)
+        })
+    }
+
     /// Whether a counter has a magnitude since [`Self::reset`] that it never had, and notes it.
     #[expect(unsafe_code, reason = "as in reset")]
     pub fn is_new(&mut self) -> bool {

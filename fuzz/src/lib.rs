@@ -43,7 +43,7 @@ pub struct Part {
 }
 
 /// Every target.
-pub const TARGETS: [Target; 12] = [
+pub const TARGETS: [Target; 15] = [
     Target { name: "avatar", check: readers::avatar, seeds: seeds::avatars, container: Some(containers::GLB) },
     Target { name: "motion_pickle", check: readers::motion, seeds: seeds::motion_pickles, container: None },
     Target {
@@ -56,6 +56,14 @@ pub const TARGETS: [Target; 12] = [
     Target { name: "body_npz", check: readers::body, seeds: seeds::body_archives, container: Some(containers::NPZ) },
     Target { name: "arrays_pickle", check: readers::arrays, seeds: seeds::array_pickles, container: None },
     Target { name: "ply", check: readers::ply, seeds: seeds::plys, container: None },
+    Target { name: "obj", check: readers::obj, seeds: seeds::objs, container: None },
+    Target {
+        name: "scan_npz",
+        check: readers::scan_npz,
+        seeds: seeds::scan_archives,
+        container: Some(containers::NPZ),
+    },
+    Target { name: "depth", check: readers::depth, seeds: seeds::views, container: Some(containers::VIEW) },
     Target { name: "sequence", check: readers::sequence, seeds: seeds::sequences, container: None },
     Target { name: "run", check: readers::run, seeds: seeds::runs, container: None },
     Target {

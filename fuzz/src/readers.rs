@@ -1,6 +1,7 @@
 //! Readers: whatever the bytes, a sound value or an error that says what is wrong, in memory that the file's size bounds.
 
 use crate::allocation::{allowance, peak};
+use crate::containers;
 use crease::animate::Animator;
 use crease::avatar::{Avatar, AvatarError};
 use crease::body::Body;
@@ -10,12 +11,16 @@ use crease::numpy::{Archive, ReadError};
 use crease_trainer::checkpoint::{Keep, Record};
 use crease_trainer::config::RunConfig;
 use crease_trainer::ply::PointCloud;
-use crease_trainer::sequence::Description;
+use crease_trainer::scan_file::{decode_scan, sampled};
+use crease_trainer::sequence::{Camera, Description, ImageFile, decode_frame};
 use crease_trainer::targets::Target;
 use glam::Vec3A;
 use std::sync::Arc;
 
 const FILE: &str = "stranger";
+
+/// Points drawn from meshes.
+const SAMPLED: usize = 16;
 
 /// Vertices of the finest level up to which an avatar is animated too.
 const ANIMATED: usize = 4096;
@@ -89,10 +94,42 @@ pub fn arrays(bytes: &[u8]) {
 }
 
 pub fn ply(bytes: &[u8]) {
-    let Some(cloud) = bounded(bytes, || sound(PointCloud::read(bytes, FILE))) else { return };
-    assert!(!cloud.points.is_empty() && cloud.points.iter().all(|point| point.is_finite()));
-    assert!(cloud.normals.is_none_or(|normals| normals.len() == cloud.points.len()));
-    assert!(cloud.colours.is_none_or(|colours| colours.len() == cloud.points.len()));
+    scan(bytes, "ply");
+}
+
+pub fn obj(bytes: &[u8]) {
+    scan(bytes, "obj");
+}
+
+pub fn scan_npz(bytes: &[u8]) {
+    scan(bytes, "npz");
+}
+
+fn scan(bytes: &[u8], ending: &str) {
+    let Some(cloud) = bounded(bytes, || sound(decode_scan(bytes, ending, FILE))) else { return };
+    is_sound(&cloud);
+    assert!(cloud.triangles.iter().flatten().all(|&vertex| (vertex as usize) < cloud.points.len()));
+    is_sound(&sampled(&cloud, SAMPLED));
+}
+
+fn is_sound(cloud: &PointCloud) {
+    let count = cloud.points.len();
+    assert!(count > 0 && cloud.points.iter().all(|point| point.is_finite()));
+    assert!(cloud.normals.as_ref().is_none_or(|normals| normals.len() == count));
+    assert!(cloud.colours.as_ref().is_none_or(|colours| colours.len() == count));
+}
+
+pub fn depth(bytes: &[u8]) {
+    let Some((camera, depth, colour)) = containers::split_view(bytes) else { return };
+    let image = |bytes| ImageFile { name: FILE, bytes };
+    let Some(camera) = bounded(bytes, || sound(Camera::decode(camera, FILE))) else { return };
+    let colour = Some(colour).filter(|colour| !colour.is_empty()).map(image);
+    let Some(frame) = bounded(bytes, || sound(decode_frame(&camera, 0, image(depth), colour))) else { return };
+    let count = frame.points.len();
+    assert!(count > 0 && frame.points.iter().all(|point| point.is_finite()));
+    assert!(frame.normals.is_some_and(|normals| normals.len() == count && normals.iter().all(|n| n.is_finite())));
+    assert!(frame.weights.len() == count && frame.weights.iter().all(|weight| (0.0..).contains(weight)));
+    assert!(frame.colours.is_none_or(|colours| colours.len() == count));
 }
 
 pub fn sequence(bytes: &[u8]) {

@@ -19,6 +19,11 @@ const LIMIT: Duration = Duration::from_secs(1);
 /// After so long it will not end.
 const ENDLESS: Duration = Duration::from_secs(60);
 
+/// Inputs that are checked between two looks at the counters, which take as long as reading a small file …
+const BATCH: u64 = 64;
+/// … but once in so many times one alone, as only then orders of magnitude are seen.
+const ALONE: u32 = 4;
+
 /// Bounds of a search.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -75,36 +80,44 @@ pub fn search(target: &Target, plan: &Plan) -> std::io::Result<Report> {
         counters: coverage.len(),
         found: Vec::new(),
     };
-    let mut inputs = (target.seeds)();
+    let mut given = (target.seeds)();
     for entry in fs::read_dir(&plan.corpus)? {
-        inputs.push(fs::read(entry?.path())?);
+        given.push(fs::read(entry?.path())?);
     }
     let mut corpus: Vec<Vec<u8>> = Vec::new();
     while report.executions < plan.executions && begin.elapsed() < plan.duration {
-        let is_given = !inputs.is_empty();
-        let input = inputs.pop().unwrap_or_else(|| {
-            // The latest finds are the likeliest to lead on.
-            let newest = corpus.len() - 1 - random.random_range(0..corpus.len().min(1 + corpus.len() / 4));
-            let index = if random.random() { newest } else { random.random_range(0..corpus.len()) };
-            let other = random.random_range(0..corpus.len());
-            mutated(&corpus[index], &corpus[other], target.container, plan.longest, &mut random)
-        });
+        let is_given = !given.is_empty();
+        let batch: Vec<Vec<u8>> = match given.pop() {
+            Some(input) => vec![input],
+            None => {
+                let left = plan.executions - report.executions;
+                let count = if random.random_range(0..ALONE) == 0 { 1 } else { BATCH.min(left) };
+                (0..count).map(|_| mutant(target, &corpus, plan.longest, &mut random)).collect()
+            }
+        };
         coverage.reset();
-        watch.begin(&input);
-        let outcome = outcome(target, &input);
-        watch.end();
-        report.executions += 1;
-        let is_new = coverage.is_new();
-        if let Err((place, complaint)) = outcome {
-            if places.insert(place) {
-                save(&plan.found, &input)?;
-                report.found.push(complaint);
-            }
-        } else if is_given || is_new {
-            if !is_given {
+        let mut outcomes = Vec::with_capacity(batch.len());
+        for input in &batch {
+            watch.begin(input);
+            outcomes.push(outcome(target, input));
+            watch.end();
+        }
+        report.executions += batch.len() as u64;
+        let is_alone = batch.len() == 1;
+        // Which of many reached something new is seen by checking each again.
+        let is_new = if is_alone { coverage.is_new() } else { coverage.has_more() };
+        for (input, outcome) in batch.into_iter().zip(outcomes) {
+            if let Err((place, complaint)) = outcome {
+                if places.insert(place) {
+                    save(&plan.found, &input)?;
+                    report.found.push(complaint);
+                }
+            } else if is_given {
+                corpus.push(input);
+            } else if is_new && (is_alone || reaches_something(target, &input, &mut coverage)) {
                 save(&plan.corpus, &input)?;
+                corpus.push(input);
             }
-            corpus.push(input);
         }
         if corpus.is_empty() {
             corpus.push(Vec::new());
@@ -113,6 +126,22 @@ pub fn search(target: &Target, plan: &Plan) -> std::io::Result<Report> {
     report.inputs = corpus.len();
     report.seconds = begin.elapsed().as_secs_f64();
     Ok(report)
+}
+
+/// A change of something that reached something.
+fn mutant(target: &Target, corpus: &[Vec<u8>], longest: usize, random: &mut Pcg64Mcg) -> Vec<u8> {
+    // The latest finds are the likeliest to lead on.
+    let newest = corpus.len() - 1 - random.random_range(0..corpus.len().min(1 + corpus.len() / 4));
+    let index = if random.random() { newest } else { random.random_range(0..corpus.len()) };
+    let other = random.random_range(0..corpus.len());
+    mutated(&corpus[index], &corpus[other], target.container, longest, random)
+}
+
+/// Whether an input that breaks nothing reaches something new by itself.
+fn reaches_something(target: &Target, input: &[u8], coverage: &mut Coverage) -> bool {
+    coverage.reset();
+    (target.check)(input);
+    coverage.is_new()
 }
 
 /// Checks one input; where it broke something, the place and all that is to be said.

@@ -1,6 +1,8 @@
 //! Valid inputs of every target.
 
+use crate::Part;
 use crate::animation::small_avatar;
+use crate::containers::{VIEW, png};
 use crease::fixture::{bent_pose, voxel_person};
 use crease::numpy::{Array, Compression, write_npz};
 use crease::rotation::axis_angle_from_quat;
@@ -110,6 +112,47 @@ pub fn plys() -> Vec<Vec<u8>> {
             .chain([0; 36])
             .collect(),
     ]
+}
+
+pub fn objs() -> Vec<Vec<u8>> {
+    [
+        "# a comment\no one\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 0.5 0.5 0.5\nf 1 2 3 4\n",
+        "v 0 0 0\r\nv 1e0 0 0 1\r\nv 0 -1.5 0\r\nvt 0 0\r\nvn 0 0 1\r\nf -3/1/1 -2//1 3/1\r\nl 1 2\r\n",
+        "v 1 2 3\n",
+    ]
+    .map(|text| text.as_bytes().to_vec())
+    .to_vec()
+}
+
+pub fn scan_archives() -> Vec<Vec<u8>> {
+    let points = || Array::new(&[2, 3], vec![0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    let normals = || Array::new(&[2, 3], vec![0.0f64, 0.0, 1.0, 0.0, 1.0, 0.0]);
+    vec![
+        npz(&[("points", points()), ("normals", normals()), ("colors", Array::new(&[2, 3], vec![9u64; 6]))]),
+        npz(&[("scan_pc", points()), ("scan_n", normals()), ("colours", Array::new(&[2, 3], vec![0.5f32; 6]))]),
+    ]
+}
+
+/// Eight pixels by eight of a slanted wall.
+pub fn views() -> Vec<Vec<u8>> {
+    const CAMERA: &str = r#"{"width": 8, "height": 8, "fx": 10, "fy": 10, "cx": 3.5, "cy": 3.5, "depth_scale": 0.001,
+        "distortion": [0, 0], "world_from_camera": [[1,0,0,0.5],[0,-1,0,1],[0,0,-1,2],[0,0,0,1]]}"#;
+    let header = |depth: u8, colour: u8| [0, 0, 0, 8, 0, 0, 0, 8, depth, colour, 0, 0, 0].to_vec();
+    let rows = (0..8u16).flat_map(|y| {
+        let row = (0..8u16).flat_map(move |x| (1000 + 3 * x + y).to_be_bytes());
+        std::iter::once(0).chain(row)
+    });
+    let picture = png(&header(8, 2), &[0; 8 * 25]);
+    let part = |name: &str, bytes: Vec<u8>| Part { name: name.into(), bytes };
+    let mut view = vec![
+        part("camera.json", CAMERA.into()),
+        part("header", header(16, 0)),
+        part("pixels", rows.collect()),
+        part("picture", picture),
+    ];
+    let coloured = (VIEW.close)(&view);
+    view[3].bytes.clear();
+    vec![coloured, (VIEW.close)(&view)]
 }
 
 pub fn sequences() -> Vec<Vec<u8>> {

@@ -2,6 +2,7 @@
 
 mod header;
 
+use crease::memory::{Allowance, MemoryLimit};
 use crease::mesh::Triangle;
 use crease::numpy::ReadError;
 use glam::Vec3A;
@@ -23,11 +24,12 @@ pub struct PointCloud {
 impl PointCloud {
     /// Reads the elements `vertex` and `face` of a PLY file. `file` is its name for messages.
     ///
-    /// Fails on a malformed header, on fewer bytes than the header promises, on zero points, on coordinates that are not finite, and on
-    /// faces of vertices that are not there.
+    /// Fails on a malformed header, on fewer bytes than the header promises, on zero points, on coordinates that are not finite, on
+    /// faces of vertices that are not there, and where it would take more memory than the default [`MemoryLimit`].
     pub fn read(bytes: &[u8], file: &str) -> Result<Self, ReadError> {
         let header = Header::read(bytes, file)?;
-        let mut values = Values { body: &bytes[header.body_offset..], encoding: header.encoding, file };
+        let allowance = Allowance::new(MemoryLimit::default(), bytes.len());
+        let mut values = Values { body: &bytes[header.body_offset..], encoding: header.encoding, file, allowance };
         let (mut cloud, mut triangles) = (None, Vec::new());
         for element in &header.elements {
             match element.name.as_str() {
@@ -38,8 +40,9 @@ impl PointCloud {
                 "face" => triangles = read_faces(&mut values, element.count, &element.properties)?,
                 _ => {
                     values.require(element.count, &element.properties)?;
+                    let mut row = vec![0.0; element.properties.len()];
                     for _ in 0..element.count {
-                        values.row(&element.properties, &mut vec![0.0; element.properties.len()], None)?;
+                        values.row(&element.properties, &mut row, None)?;
                     }
                 }
             }
@@ -72,6 +75,7 @@ fn read_faces(values: &mut Values, count: usize, properties: &[Property]) -> Res
         if let Some(bad) = polygon.iter().find(|&&vertex| !(0.0..=f64::from(u32::MAX)).contains(&vertex)) {
             return Err(values.error(&format!("face {index}"), "indices of vertices", &bad.to_string()));
         }
+        values.grow(&mut triangles, polygon.len().saturating_sub(2))?;
         for corner in 2..polygon.len() {
             triangles.push([polygon[0] as u32, polygon[corner - 1] as u32, polygon[corner] as u32]);
         }
@@ -93,11 +97,14 @@ fn read_vertices(values: &mut Values, count: usize, properties: &[Property]) -> 
     values.require(count, properties)?;
 
     let mut cloud = PointCloud {
-        points: Vec::with_capacity(count),
-        normals: normal.map(|_| Vec::with_capacity(count)),
-        colours: colour.map(|_| Vec::with_capacity(count)),
+        points: Vec::new(),
+        normals: normal.map(|_| Vec::new()),
+        colours: colour.map(|_| Vec::new()),
         triangles: Vec::new(),
     };
+    values.grow(&mut cloud.points, count)?;
+    cloud.normals.as_mut().map_or(Ok(()), |normals| values.grow(normals, count))?;
+    cloud.colours.as_mut().map_or(Ok(()), |colours| values.grow(colours, count))?;
     let mut row = vec![0.0; properties.len()];
     for index in 0..count {
         values.row(properties, &mut row, None)?;
@@ -122,11 +129,17 @@ struct Values<'a> {
     body: &'a [u8],
     encoding: Encoding,
     file: &'a str,
+    allowance: Allowance,
 }
 
 impl Values<'_> {
     fn error(&self, field: &str, expected: &str, found: &str) -> ReadError {
         ReadError { file: self.file.into(), field: field.into(), expected: expected.into(), found: found.into() }
+    }
+
+    /// Makes room in a list that is kept, or says that it would take too much memory.
+    fn grow<T>(&self, items: &mut Vec<T>, more: usize) -> Result<(), ReadError> {
+        self.allowance.grow(items, more).map_err(|short| self.error("data", &short.expected, &short.found))
     }
 
     /// Checks that `count` rows can be there before anything is allocated or looped over for them.
@@ -157,6 +170,9 @@ impl Values<'_> {
                     for _ in 0..length as u64 {
                         let item = self.number(property.scalar)?;
                         if let Some((_, list)) = kept.as_mut().filter(|(wanted, _)| *wanted == column) {
+                            self.allowance
+                                .grow(list, 1)
+                                .map_err(|short| self.error("data", &short.expected, &short.found))?;
                             list.push(item);
                         }
                     }

@@ -18,31 +18,36 @@ const MESH_SAMPLE_COUNT: usize = 40_000;
 
 /// Reads a scan; the ending tells its kind. Meshes are sampled evenly by area, with normals and the colours of their vertices.
 pub fn read_scan(path: &Path) -> Result<PointCloud, ReadError> {
-    let (bytes, file) = (read(path)?, path.display().to_string());
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let cloud = match ending.as_str() {
-        "ply" => PointCloud::read(&bytes, &file)?,
-        "npz" => npz::read(&bytes, &file)?,
-        "obj" => obj::read(&bytes, &file)?,
-        other => return Err(read_error(path, "ending", "ply, npz or obj", other.into())),
-    };
-    Ok(if cloud.triangles.is_empty() { cloud } else { sampled(&cloud) })
+    let cloud = decode_scan(&read(path)?, &ending, &path.display().to_string())?;
+    Ok(if cloud.triangles.is_empty() { cloud } else { sampled(&cloud, MESH_SAMPLE_COUNT) })
 }
 
-/// A cloud of a mesh.
-fn sampled(mesh: &PointCloud) -> PointCloud {
+/// The cloud or mesh in a file's bytes; `ending` tells its kind, `file` is its name for messages.
+pub fn decode_scan(bytes: &[u8], ending: &str, file: &str) -> Result<PointCloud, ReadError> {
+    match ending {
+        "ply" => PointCloud::read(bytes, file),
+        "npz" => npz::read(bytes, file),
+        "obj" => obj::read(bytes, file),
+        other => Err(read_error(Path::new(file), "ending", "ply, npz or obj", other.into())),
+    }
+}
+
+/// A cloud of `count` points of a mesh; its vertices where it has no area, or none that can be told.
+pub fn sampled(mesh: &PointCloud, count: usize) -> PointCloud {
     let triangles = &mesh.triangles;
     let area = |&[a, b, c]: &[u32; 3]| {
         let [a, b, c] = [a, b, c].map(|vertex| mesh.points[vertex as usize]);
         (b - a).cross(c - a).length()
     };
-    if triangles.iter().map(area).sum::<f32>() <= 0.0 {
+    let total = triangles.iter().map(area).sum::<f32>();
+    if !(total.is_finite() && total > 0.0) {
         return PointCloud { triangles: Vec::new(), ..mesh.clone() };
     }
     let mut normals = vec![Vec3A::ZERO; mesh.points.len()];
     vertex_normals(&mesh.points, triangles, &mut normals);
     let normals = mesh.normals.as_ref().unwrap_or(&normals);
-    let samples = area_uniform(&mesh.points, triangles, MESH_SAMPLE_COUNT, 0);
+    let samples = area_uniform(&mesh.points, triangles, count, 0);
     let colours = mesh.colours.as_ref().map(|colours| {
         let colours: Vec<Vec3A> = colours.iter().map(|colour| Vec3A::from_array(colour.map(f32::from))).collect();
         let colour = |sample: &crate::closest::SurfacePoint| sample.interpolate(triangles, &colours);

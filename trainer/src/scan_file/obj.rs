@@ -1,43 +1,75 @@
-//! Wavefront OBJ: vertices with colours if they have any, and polygons.
+//! Wavefront OBJ: vertices with colours if they have any, and polygons; everything else is skipped.
 
 use crate::ply::PointCloud;
+use crease::memory::{Allowance, MemoryLimit};
 use crease::numpy::ReadError;
 use glam::Vec3A;
 
 /// Reads a mesh, or a cloud where there are no faces; `file` is its name for messages.
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<PointCloud, ReadError> {
-    let error = |field: &str, expected: &str, found: String| ReadError {
-        file: file.into(),
-        field: field.into(),
-        expected: expected.into(),
-        found,
-    };
-    let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
-    let materials = |_: &std::path::Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut &*bytes, &options, materials)
-        .map_err(|problem| error("text", "vertices and faces", problem.to_string()))?;
+    let allowance = Allowance::new(MemoryLimit::default(), bytes.len());
     let mut cloud = PointCloud::default();
     let mut colours = Vec::new();
-    for model in models {
-        let first = cloud.points.len() as u32;
-        cloud.points.extend(model.mesh.positions.chunks_exact(3).map(Vec3A::from_slice));
-        colours.extend(
-            model
-                .mesh
-                .vertex_color
-                .chunks_exact(3)
-                .map(|c| [0, 1, 2].map(|i| (255.0 * c[i]).round().clamp(0.0, 255.0) as u8)),
-        );
-        cloud.triangles.extend(model.mesh.indices.chunks_exact(3).map(|c| [c[0] + first, c[1] + first, c[2] + first]));
+    let mut corners = Vec::new();
+    for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+        let error = |expected: &str, found: &str| ReadError {
+            file: file.into(),
+            field: format!("line {}", index + 1),
+            expected: expected.into(),
+            found: found.chars().take(60).collect(),
+        };
+        let line = String::from_utf8_lossy(line);
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let mut numbers = [0.0f32; 7];
+                let mut count = 0;
+                for word in words.take(numbers.len()) {
+                    numbers[count] = word.parse().map_err(|_| error("numbers", word))?;
+                    count += 1;
+                }
+                let point = Vec3A::from_slice(&numbers);
+                if count < 3 || !point.is_finite() {
+                    return Err(error("three finite coordinates", line.trim()));
+                }
+                allowance.grow(&mut cloud.points, 1).map_err(|short| error(&short.expected, &short.found))?;
+                cloud.points.push(point);
+                // A fourth number alone is a weight.
+                if count >= 6 && colours.len() + 1 == cloud.points.len() {
+                    allowance.grow(&mut colours, 1).map_err(|short| error(&short.expected, &short.found))?;
+                    let colour = |channel: usize| (255.0 * numbers[3 + channel]).round().clamp(0.0, 255.0) as u8;
+                    colours.push(std::array::from_fn(colour));
+                }
+            }
+            Some("f") => {
+                corners.clear();
+                for word in words {
+                    let corner = vertex(word, cloud.points.len())
+                        .ok_or_else(|| error(&format!("corners from 1 to {}", cloud.points.len()), word))?;
+                    allowance.grow(&mut corners, 1).map_err(|short| error(&short.expected, &short.found))?;
+                    corners.push(corner);
+                }
+                let more = corners.len().saturating_sub(2);
+                allowance.grow(&mut cloud.triangles, more).map_err(|short| error(&short.expected, &short.found))?;
+                cloud.triangles.extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
+            }
+            _ => {}
+        }
     }
     if cloud.points.is_empty() {
-        return Err(error("vertices", "at least one in a face", "none".into()));
-    }
-    if let Some(index) = cloud.points.iter().position(|point| !point.is_finite()) {
-        return Err(error(&format!("vertex {index}"), "finite coordinates", cloud.points[index].to_string()));
+        let (field, expected, found) = ("vertices".into(), "at least one".into(), "none".into());
+        return Err(ReadError { file: file.into(), field, expected, found });
     }
     cloud.colours = (colours.len() == cloud.points.len()).then_some(colours);
     Ok(cloud)
+}
+
+/// The vertex of a corner `v`, `v/vt` or `v/vt/vn`: from 1 on, or from the last back where it is negative.
+fn vertex(corner: &str, count: usize) -> Option<u32> {
+    let number: i64 = corner.split('/').next()?.parse().ok()?;
+    let count = i64::try_from(count).ok()?;
+    let index = if number < 0 { count.checked_add(number)? } else { number - 1 };
+    (0..count).contains(&index).then_some(u32::try_from(index).ok()?)
 }
 
 #[cfg(test)]
@@ -48,14 +80,30 @@ mod tests {
     fn polygons_and_colours_are_read() {
         let text = "o one\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 0 0 0.5\nf 1 2 3 4\n";
         let mesh = read(text.as_bytes(), "quad.obj").unwrap();
-        assert_eq!((mesh.points.len(), mesh.triangles.len()), (4, 2));
+        assert_eq!((mesh.points.len(), mesh.triangles), (4, vec![[0, 1, 2], [0, 2, 3]]));
         assert_eq!(mesh.colours.unwrap()[3], [0, 0, 128]);
     }
 
     #[test]
+    fn corners_count_from_either_end_and_may_name_more() {
+        let text = "v 0 0 0\r\nv 1 0 0 1.0\r\nvn 0 0 1\r\nv 0 1 0\r\nf -3/1 2//1 3/1/1\r\n# f 9 9 9\r\nl 1 2\r\n";
+        let mesh = read(text.as_bytes(), "a.obj").unwrap();
+        assert_eq!((mesh.triangles, mesh.colours), (vec![[0, 1, 2]], None));
+    }
+
+    #[test]
     fn broken_text_is_refused() {
-        assert_eq!(read(b"v 0 0 zero\n", "a.obj").unwrap_err().field, "text");
-        assert_eq!(read(b"# empty\n", "a.obj").unwrap_err().field, "vertices");
-        assert!(read(b"v 0 0 0\nf 1 2 3\n", "a.obj").is_err(), "faces of vertices that are not there");
+        for (text, field) in [
+            ("v 0 0 zero\n", "line 1"),
+            ("v 0 0\n", "line 1"),
+            ("v 0 0 inf\n", "line 1"),
+            ("# empty\n", "vertices"),
+            ("v 0 0 0\nf 1 2 3\n", "line 2"),
+            ("v 0 0 0\nf 1 0 1\n", "line 2"),
+            ("v 0 0 0\nf -2 1 1\n", "line 2"),
+            ("v 0 0 0\nf -9223372036854775808 1 1\n", "line 2"),
+        ] {
+            assert_eq!(read(text.as_bytes(), "a.obj").unwrap_err().field, field, "{text}");
+        }
     }
 }

@@ -51,8 +51,13 @@ impl Camera {
     /// Reads `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels; optional `depth_scale` (metres for one unit, a millimetre if
     /// left out) and `world_from_camera` (4 × 4, row-major, rigid; the identity if left out).
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let error = |field: &str, expected: &str, found: String| read_error(path, field, expected, found);
-        let description: Description = serde_json::from_slice(&read(path)?).map_err(|message| {
+        Self::decode(&read(path)?, &path.display().to_string())
+    }
+
+    /// What [`Self::read`] gives for a file's bytes; `file` is its name for messages.
+    pub fn decode(bytes: &[u8], file: &str) -> Result<Self, ReadError> {
+        let error = |field: &str, expected: &str, found: String| read_error(Path::new(file), field, expected, found);
+        let description: Description = serde_json::from_slice(bytes).map_err(|message| {
             error("JSON", "width, height, fx, fy, cx, cy, world_from_camera", message.to_string())
         })?;
         let missing = |field: &str| {
@@ -129,14 +134,7 @@ mod tests {
     use super::*;
 
     fn camera(text: &str) -> Result<Camera, ReadError> {
-        use std::hash::{DefaultHasher, Hash, Hasher};
-        let mut hasher = DefaultHasher::new();
-        text.hash(&mut hasher);
-        let path = std::env::temp_dir().join(format!("crease-camera-{}-{}.json", std::process::id(), hasher.finish()));
-        std::fs::write(&path, text).unwrap();
-        let camera = Camera::read(&path);
-        std::fs::remove_file(&path).unwrap();
-        camera
+        Camera::decode(text.as_bytes(), "camera.json")
     }
 
     const GOOD: &str = r#"{"width": 640, "height": 480, "fx": 500, "fy": 510, "cx": 320, "cy": 240, "distortion": null,

@@ -5,10 +5,12 @@ use super::capture::Frame;
 use super::{read, read_error};
 use crate::nearest::Neighbour;
 use crate::normals::principal_frame;
+use crease::memory::{Allowance, MemoryLimit};
 use crease::numpy::ReadError;
-use glam::Vec3A;
-use image::DynamicImage;
+use glam::{Vec3, Vec3A};
+use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
+use std::io::Cursor;
 use std::path::Path;
 
 /// A normal is that of the plane of so many pixels around: sensors are noisier than neighbouring pixels are apart.
@@ -21,90 +23,156 @@ const LEAST_SUPPORT: f32 = 0.35;
 const LEAST_COSINE: f32 = 0.2;
 /// c of μ = exp(−c z) (paper, below Eq. pose_dependent_offsets), 1/m.
 const NEARNESS: f32 = 2.0;
+/// What a pixel with a depth takes while its frame is made, bytes: 39 for point, normal, colour and μ, the rest on the way.
+const PIXEL_BYTES: usize = 64;
 
-/// Reads one frame: points in the world, normals towards the camera, colours, μ.
-///
-/// Flying pixels and grazing ones are dropped. μ is divided by its mean over the frame, so that the weight of all data against
-/// smoothness does not hang on where the camera stands.
+/// An image file: its name for messages, and its bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageFile<'a> {
+    /// Name for messages.
+    pub name: &'a str,
+    /// All of it.
+    pub bytes: &'a [u8],
+}
+
+/// Reads the images of one frame, and decodes them.
 pub(super) fn read_frame(
     camera: &Camera,
     index: usize,
     depth_path: &Path,
     colour_path: Option<&Path>,
 ) -> Result<Frame, ReadError> {
-    let depth = match decode(depth_path, camera)? {
+    let name = |path: &Path| path.display().to_string();
+    let (depth_name, colour_name) = (name(depth_path), colour_path.map(name).unwrap_or_default());
+    let (depth, colour) = (read(depth_path)?, colour_path.map(read).transpose()?);
+    let colour = colour.as_ref().map(|bytes| ImageFile { name: &colour_name, bytes });
+    decode_frame(camera, index, ImageFile { name: &depth_name, bytes: &depth }, colour)
+}
+
+/// One frame of its images: points in the world, normals towards the camera, colours, μ.
+///
+/// Flying pixels and grazing ones are dropped. μ is divided by its mean over the frame, so that the weight of all data against
+/// smoothness does not hang on where the camera stands.
+///
+/// Fails on images of other kinds or sizes than the camera's, where nothing is seen, and where the frame would take more memory than the
+/// default [`MemoryLimit`] gives its images.
+pub fn decode_frame(
+    camera: &Camera,
+    index: usize,
+    depth_file: ImageFile,
+    colour_file: Option<ImageFile>,
+) -> Result<Frame, ReadError> {
+    let error = |expected: &str, found: String| read_error(Path::new(depth_file.name), "image", expected, found);
+    let length = depth_file.bytes.len() + colour_file.map_or(0, |file| file.bytes.len());
+    let allowance = Allowance::new(MemoryLimit::default(), length);
+    let depth = match decode(depth_file, camera, &allowance)? {
         DynamicImage::ImageLuma16(image) => image.into_raw(),
-        other => return Err(read_error(depth_path, "image", "16-bit greyscale", format!("{:?}", other.color()))),
+        other => return Err(error("16-bit greyscale", format!("{:?}", other.color()))),
     };
-    let colours = colour_path.map(|path| Ok(decode(path, camera)?.into_rgb8().into_raw())).transpose()?;
-    let (width, height) = (i64::from(camera.width), i64::from(camera.height));
-    let grid: Vec<Vec3A> = (0..depth.len())
-        .map(|pixel| {
-            let metres = f32::from(depth[pixel]) * camera.depth_scale;
-            camera.unproject((pixel as i64 % width) as f32, (pixel as i64 / width) as f32, metres)
-        })
-        .collect();
-    let kept: Vec<(usize, Vec3A)> = (0..grid.len())
+    let colours = colour_file.map(|file| Ok(decode(file, camera, &allowance)?.into_rgb8().into_raw())).transpose()?;
+    let seen = depth.iter().filter(|&&depth| depth > 0).count();
+    allowance
+        .afford(PIXEL_BYTES.saturating_mul(seen))
+        .map_err(|short| error(&short.expected, format!("{} for {seen} pixels with a depth", short.found)))?;
+    let image = DepthImage { camera, depth: &depth };
+    let kept: Vec<(u32, Vec3)> = (0..depth.len())
         .into_par_iter()
         .filter(|&pixel| depth[pixel] > 0)
-        .filter_map(|pixel| Some((pixel, normal(&grid, width, height, pixel)?)))
+        .filter_map(|pixel| Some((pixel as u32, image.normal(pixel)?.into())))
         .collect();
     if kept.is_empty() {
-        return Err(read_error(depth_path, "image", "a surface in front of the camera", "none".into()));
+        return Err(error("a surface in front of the camera", "none".into()));
     }
     let world = &camera.world_from_camera;
-    let mut weights: Vec<f32> = kept.iter().map(|&(pixel, _)| (-NEARNESS * grid[pixel].z).exp()).collect();
-    let mean = weights.iter().sum::<f32>() / weights.len() as f32;
-    weights.iter_mut().for_each(|weight| *weight /= mean);
+    let points: Vec<Vec3A> =
+        kept.iter().map(|&(pixel, _)| world.transform_point3a(image.point(pixel as usize))).collect();
+    if let Some(far) = points.iter().find(|point| !point.is_finite()) {
+        return Err(error("points that the camera puts at finite places", far.to_string()));
+    }
     Ok(Frame {
         index,
-        points: kept.iter().map(|&(pixel, _)| world.transform_point3a(grid[pixel])).collect(),
-        normals: Some(kept.iter().map(|&(_, normal)| world.transform_vector3a(normal)).collect()),
+        points,
+        normals: Some(kept.iter().map(|&(_, normal)| world.transform_vector3a(normal.into())).collect()),
         colours: colours
-            .map(|rgb| kept.iter().map(|&(pixel, _)| std::array::from_fn(|c| rgb[3 * pixel + c])).collect()),
-        weights,
+            .map(|rgb| kept.iter().map(|&(pixel, _)| std::array::from_fn(|c| rgb[3 * pixel as usize + c])).collect()),
+        weights: nearness(kept.iter().map(|&(pixel, _)| image.point(pixel as usize).z)),
         camera: Some(camera.clone()),
     })
 }
 
-/// Decodes an image of the camera's size.
-fn decode(path: &Path, camera: &Camera) -> Result<DynamicImage, ReadError> {
-    let bytes = read(path)?;
-    let image = image::load_from_memory(&bytes)
-        .map_err(|error| read_error(path, "image", "a PNG or JPEG image", error.to_string()))?;
-    if (image.width(), image.height()) == (camera.width, camera.height) {
-        return Ok(image);
-    }
-    let expected = format!("{} × {} as in camera.json", camera.width, camera.height);
-    Err(read_error(path, "image", &expected, format!("{} × {}", image.width(), image.height())))
+/// μ of depths in metres. Taken from the nearest on, as exp(−c z) alone is zero a few dozen metres away; its mean is 1 in any case.
+fn nearness(depths: impl Iterator<Item = f32> + Clone) -> Vec<f32> {
+    let nearest = depths.clone().fold(f32::INFINITY, f32::min);
+    let mut weights: Vec<f32> = depths.map(|depth| (-NEARNESS * (depth - nearest)).exp()).collect();
+    let mean = weights.iter().sum::<f32>() / weights.len() as f32;
+    weights.iter_mut().for_each(|weight| *weight /= mean);
+    weights
 }
 
-/// Unit normal at a pixel, towards the camera, in the camera's frame; nothing where the pixel lies on no surface.
-fn normal(grid: &[Vec3A], width: i64, height: i64, pixel: usize) -> Option<Vec3A> {
-    let (x, y) = (pixel as i64 % width, pixel as i64 / width);
-    let own = grid[pixel];
-    let mut neighbours = Vec::with_capacity(((2 * NORMAL_RADIUS + 1) * (2 * NORMAL_RADIUS + 1)) as usize);
-    for dy in -NORMAL_RADIUS..=NORMAL_RADIUS {
-        for dx in -NORMAL_RADIUS..=NORMAL_RADIUS {
-            let (u, v) = (x + dx, y + dy);
-            if !(0..width).contains(&u) || !(0..height).contains(&v) {
-                continue;
-            }
-            let other = (v * width + u) as usize;
-            let steps = dx.abs().max(dy.abs()).max(1) as f32;
-            if grid[other].z > 0.0 && (grid[other].z - own.z).abs() < STEP * steps.sqrt() {
-                neighbours.push(Neighbour { index: other as u32, squared_distance: grid[other].distance_squared(own) });
+/// Decodes an image of the camera's size, which is looked at before anything is unpacked.
+fn decode(file: ImageFile, camera: &Camera, allowance: &Allowance) -> Result<DynamicImage, ReadError> {
+    let error = |expected: &str, found: String| read_error(Path::new(file.name), "image", expected, found);
+    let broken = |problem: image::ImageError| error("a PNG or JPEG image", problem.to_string());
+    let reader = ImageReader::new(Cursor::new(file.bytes));
+    let mut reader = reader.with_guessed_format().map_err(|problem| broken(problem.into()))?;
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(allowance.left() as u64);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    if (width, height) != (camera.width, camera.height) {
+        let expected = format!("{} × {} as in camera.json", camera.width, camera.height);
+        return Err(error(&expected, format!("{width} × {height}")));
+    }
+    let unpacked = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
+    allowance.hold(unpacked).map_err(|short| error(&short.expected, short.found))?;
+    DynamicImage::from_decoder(decoder).map_err(broken)
+}
+
+/// Depths of all pixels, row by row, in the camera's units.
+struct DepthImage<'a> {
+    camera: &'a Camera,
+    depth: &'a [u16],
+}
+
+impl DepthImage<'_> {
+    /// What a pixel sees, in the camera's frame.
+    fn point(&self, pixel: usize) -> Vec3A {
+        let width = self.camera.width as usize;
+        let metres = f32::from(self.depth[pixel]) * self.camera.depth_scale;
+        self.camera.unproject((pixel % width) as f32, (pixel / width) as f32, metres)
+    }
+
+    /// Unit normal at a pixel, towards the camera, in the camera's frame; nothing where the pixel lies on no surface.
+    fn normal(&self, pixel: usize) -> Option<Vec3A> {
+        let (width, height) = (i64::from(self.camera.width), i64::from(self.camera.height));
+        let (x, y) = (pixel as i64 % width, pixel as i64 / width);
+        let own = self.point(pixel);
+        let whole = ((2 * NORMAL_RADIUS + 1) * (2 * NORMAL_RADIUS + 1)) as usize;
+        let (mut points, mut neighbours) = (Vec::with_capacity(whole), Vec::with_capacity(whole));
+        for dy in -NORMAL_RADIUS..=NORMAL_RADIUS {
+            for dx in -NORMAL_RADIUS..=NORMAL_RADIUS {
+                let (u, v) = (x + dx, y + dy);
+                if !(0..width).contains(&u) || !(0..height).contains(&v) {
+                    continue;
+                }
+                let other = self.point((v * width + u) as usize);
+                let steps = dx.abs().max(dy.abs()).max(1) as f32;
+                if other.z > 0.0 && (other.z - own.z).abs() < STEP * steps.sqrt() {
+                    let index = points.len() as u32;
+                    neighbours.push(Neighbour { index, squared_distance: other.distance_squared(own) });
+                    points.push(other);
+                }
             }
         }
+        if (neighbours.len() as f32) < LEAST_SUPPORT * whole as f32 {
+            return None;
+        }
+        let [_, _, normal] = principal_frame(&points, own, &neighbours);
+        let cosine = -normal.dot(own.normalize());
+        let normal = if cosine < 0.0 { -normal } else { normal };
+        (cosine.abs() >= LEAST_COSINE).then_some(normal)
     }
-    let whole = ((2 * NORMAL_RADIUS + 1) * (2 * NORMAL_RADIUS + 1)) as f32;
-    if (neighbours.len() as f32) < LEAST_SUPPORT * whole {
-        return None;
-    }
-    let [_, _, normal] = principal_frame(grid, own, &neighbours);
-    let cosine = -normal.dot(own.normalize());
-    let normal = if cosine < 0.0 { -normal } else { normal };
-    (cosine.abs() >= LEAST_COSINE).then_some(normal)
 }
 
 #[cfg(test)]
@@ -167,6 +235,9 @@ mod tests {
         assert!(r.abs_diff(60) < 4 && g.abs_diff(60) < 4 && b == 7);
         let mean = frame.weights.iter().sum::<f32>() / frame.weights.len() as f32;
         assert!((mean - 1.0).abs() < 1e-4 && frame.weights[nearest] > 1.0, "near points count more");
+        // As where millimetres are taken for metres.
+        let far = nearness([1500.0, 1501.0].into_iter());
+        assert!((far[0] + far[1] - 2.0).abs() < 1e-5 && (far[0] / far[1] - (NEARNESS).exp()).abs() < 1e-3, "{far:?}");
         std::fs::remove_dir_all(&directory).unwrap();
     }
 

@@ -8,6 +8,7 @@ mod depth;
 pub use body_file::{BodyParameters, read_body, write_body};
 pub use camera::Camera;
 pub use capture::{Capture, Description, Frame, GroundTruth};
+pub use depth::{ImageFile, decode_frame};
 
 use crease::body::Pose;
 use crease::numpy::ReadError;

@@ -91,7 +91,9 @@ export class WorkerHost {
 
 /** Browsers start workers from the page's own origin only: a script from elsewhere is imported by one line that is the page's. */
 function newWorker(): Worker {
-  if (new URL(import.meta.url).origin === location.origin) {
+  const { origin, protocol } = new URL(import.meta.url);
+  // A bundler that puts the worker beside the page leaves the address of the source here, which is no address of the web.
+  if (origin === location.origin || !protocol.startsWith("http")) {
     return new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
   }
   // Not by `new URL`: bundlers would take the script for another asset.

@@ -5,6 +5,7 @@ use crate::containers;
 use crease::animate::Animator;
 use crease::avatar::{Avatar, AvatarError};
 use crease::body::Body;
+use crease::memory::MemoryLimit;
 use crease::mesh::Subdivision;
 use crease::motion::Motion;
 use crease::numpy::{Archive, ReadError};
@@ -124,7 +125,10 @@ pub fn depth(bytes: &[u8]) {
     let image = |bytes| ImageFile { name: FILE, bytes };
     let Some(camera) = bounded(bytes, || sound(Camera::decode(camera, FILE))) else { return };
     let colour = Some(colour).filter(|colour| !colour.is_empty()).map(image);
-    let Some(frame) = bounded(bytes, || sound(decode_frame(&camera, 0, image(depth), colour))) else { return };
+    let Some(frame) = bounded(bytes, || sound(decode_frame(&camera, 0, image(depth), colour, MemoryLimit::default())))
+    else {
+        return;
+    };
     let count = frame.points.len();
     assert!(count > 0 && frame.points.iter().all(|point| point.is_finite()));
     assert!(frame.normals.is_some_and(|normals| normals.len() == count && normals.iter().all(|n| n.is_finite())));

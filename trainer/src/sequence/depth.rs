@@ -23,6 +23,8 @@ const LEAST_SUPPORT: f32 = 0.35;
 const LEAST_COSINE: f32 = 0.2;
 /// c of μ = exp(−c z) (paper, below Eq. pose_dependent_offsets), 1/m.
 const NEARNESS: f32 = 2.0;
+/// For a capture of one's own: a full picture of four thousand by four thousand pixels may be read.
+const CAPTURE_LIMIT: MemoryLimit = MemoryLimit { times_file: 4, plus: 1 << 30 };
 /// What a pixel with a depth takes while its frame is made, bytes: 39 for point, normal, colour and μ, the rest on the way.
 const PIXEL_BYTES: usize = 64;
 
@@ -46,7 +48,7 @@ pub(super) fn read_frame(
     let (depth_name, colour_name) = (name(depth_path), colour_path.map(name).unwrap_or_default());
     let (depth, colour) = (read(depth_path)?, colour_path.map(read).transpose()?);
     let colour = colour.as_ref().map(|bytes| ImageFile { name: &colour_name, bytes });
-    decode_frame(camera, index, ImageFile { name: &depth_name, bytes: &depth }, colour)
+    decode_frame(camera, index, ImageFile { name: &depth_name, bytes: &depth }, colour, CAPTURE_LIMIT)
 }
 
 /// One frame of its images: points in the world, normals towards the camera, colours, μ.
@@ -54,17 +56,18 @@ pub(super) fn read_frame(
 /// Flying pixels and grazing ones are dropped. μ is divided by its mean over the frame, so that the weight of all data against
 /// smoothness does not hang on where the camera stands.
 ///
-/// Fails on images of other kinds or sizes than the camera's, where nothing is seen, and where the frame would take more memory than the
-/// default [`MemoryLimit`] gives its images.
+/// Fails on images of other kinds or sizes than the camera's, where nothing is seen, and where the frame would take more memory than `limit`
+/// gives its images.
 pub fn decode_frame(
     camera: &Camera,
     index: usize,
     depth_file: ImageFile,
     colour_file: Option<ImageFile>,
+    limit: MemoryLimit,
 ) -> Result<Frame, ReadError> {
     let error = |expected: &str, found: String| read_error(Path::new(depth_file.name), "image", expected, found);
     let length = depth_file.bytes.len() + colour_file.map_or(0, |file| file.bytes.len());
-    let allowance = Allowance::new(MemoryLimit::default(), length);
+    let allowance = Allowance::new(limit, length);
     let depth = match decode(depth_file, camera, &allowance)? {
         DynamicImage::ImageLuma16(image) => image.into_raw(),
         other => return Err(error("16-bit greyscale", format!("{:?}", other.color()))),

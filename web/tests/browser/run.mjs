@@ -87,6 +87,15 @@ function tools(page) {
     withAvatar: (action, argument) =>
       page.evaluate(`(${action})(document.querySelector("crease-avatar"), ${JSON.stringify(argument ?? null)})`),
     pause: (milliseconds) => page.waitForTimeout(milliseconds),
+    /** A page of another Chromium, which has no WebGPU; it is closed with the page. */
+    pageWithoutWebGpu: async () => {
+      const args = order.flags.filter((flag) => !/webgpu|vulkan/iu.test(flag));
+      const other = await chromium.launch({ executablePath: order.chromium, args });
+      const plain = await other.newPage();
+      plain.on("close", () => void other.close());
+      await plain.addInitScript(pageTools);
+      return plain;
+    },
   };
 }
 

@@ -201,6 +201,21 @@ export default [
     },
   },
   {
+    name: "manners: in a Chromium without WebGPU it draws with WebGL2",
+    run: async ({ server, pageWithoutWebGpu }) => {
+      const page = await pageWithoutWebGpu();
+      await page.goto(`${server.origin}/blank.html`);
+      const found = await page.evaluate(async () => {
+        window.put({ backend: null });
+        const avatar = document.querySelector("crease-avatar");
+        await avatar.ready;
+        return { adapter: (await navigator.gpu?.requestAdapter()) ?? null, backend: avatar.currentBackend };
+      });
+      await page.close();
+      assert.deepEqual(found, { adapter: null, backend: "webgl2+cpu" });
+    },
+  },
+  {
     name: "manners: loaded from another origin it works in a worker all the same",
     run: async ({ page, server }) => {
       await page.goto(`${server.origin}/case.css`);

@@ -56,47 +56,37 @@ impl Coverage {
     }
 
     /// Whether a counter counts since [`Self::reset`] that never did. Notes nothing.
-    #[expect(unsafe_code, reason = "as in reset")]
     pub fn has_more(&self) -> bool {
-        let mut seen = self.seen.as_slice();
-        self.ranges.iter().any(|&(start, length)| {
-            // SAFETY: as in `is_new`.
-            let counters = unsafe { std::slice::from_raw_parts(start, length) };
-            let (own, rest) = seen.split_at(length);
-            seen = rest;
-            let is_more = |(counters, seen): (&[u8], &[u8])| {
-                // Most of the program does not run.
-                counters.iter().any(|&count| count != 0)
-                    && counters.iter().zip(seen).any(|(&count, &seen)| count != 0 && seen == 0)
-            };
-            counters.chunks(CHUNK).zip(own.chunks(CHUNK)).any(is_more)
-        })
+        counting(&self.ranges)
+            .any(|(at, counters)| counters.iter().zip(&self.seen[at..]).any(|(&count, &seen)| count != 0 && seen == 0))
     }
 
     /// Whether a counter has a magnitude since [`Self::reset`] that it never had, and notes it.
-    #[expect(unsafe_code, reason = "as in reset")]
     pub fn is_new(&mut self) -> bool {
         let mut is_new = false;
-        let mut seen = self.seen.as_mut_slice();
-        for &(start, length) in &self.ranges {
-            // SAFETY: the section that `reset` writes; what other threads count meanwhile may be seen or not.
-            let counters = unsafe { std::slice::from_raw_parts(start, length) };
-            let (own, rest) = seen.split_at_mut(length);
-            seen = rest;
-            for (counters, seen) in counters.chunks(CHUNK).zip(own.chunks_mut(CHUNK)) {
-                // Most of the program does not run.
-                if counters.iter().all(|&count| count == 0) {
-                    continue;
-                }
-                for (count, seen) in counters.iter().zip(seen) {
-                    let magnitude = count.checked_ilog2().map_or(0, |log| 1 << log);
-                    is_new |= magnitude & !*seen != 0;
-                    *seen |= magnitude;
-                }
+        for (at, counters) in counting(&self.ranges) {
+            for (count, seen) in counters.iter().zip(&mut self.seen[at..]) {
+                let magnitude = count.checked_ilog2().map_or(0, |log| 1 << log);
+                is_new |= magnitude & !*seen != 0;
+                *seen |= magnitude;
             }
         }
         is_new
     }
+}
+
+/// Chunks of counters of which one counts, each with the place of its first among all: most of the program does not run.
+fn counting(ranges: &[(*mut u8, usize)]) -> impl Iterator<Item = (usize, &'static [u8])> {
+    let mut begin = 0;
+    let chunks = ranges.iter().flat_map(move |&(start, length)| {
+        #[expect(unsafe_code, reason = "as in reset")]
+        // SAFETY: the section that `reset` writes; what other threads count meanwhile may be seen or not.
+        let counters = unsafe { std::slice::from_raw_parts(start, length) };
+        let first = begin;
+        begin += length;
+        counters.chunks(CHUNK).enumerate().map(move |(index, chunk)| (first + index * CHUNK, chunk))
+    });
+    chunks.filter(|(_, chunk)| chunk.iter().any(|&count| count != 0))
 }
 
 impl Default for Coverage {

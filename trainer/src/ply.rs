@@ -170,9 +170,7 @@ impl Values<'_> {
                     for _ in 0..length as u64 {
                         let item = self.number(property.scalar)?;
                         if let Some((_, list)) = kept.as_mut().filter(|(wanted, _)| *wanted == column) {
-                            self.allowance
-                                .grow(list, 1)
-                                .map_err(|short| self.error("data", &short.expected, &short.found))?;
+                            self.grow(list, 1)?;
                             list.push(item);
                         }
                     }

@@ -39,7 +39,7 @@ impl<'a> Model<'a> {
     /// Prepares a body.
     pub fn new(body: ArticulatedBody<'a>) -> Self {
         let surface = Surface::new(&body);
-        let proxies = Proxies::new(body.body);
+        let proxies = Proxies::new(&body);
         Self { body, surface, proxies, priors: PriorWeights::default() }
     }
 }

@@ -1,6 +1,6 @@
 //! Limbs keep out of each other: balls along the bones, pushed apart where they overlap.
 
-use super::articulated::Posed;
+use super::articulated::{ArticulatedBody, Posed};
 use super::system::System;
 use crease::body::Body;
 use glam::Vec3A;
@@ -38,11 +38,12 @@ pub struct Proxies {
 
 impl Proxies {
     /// Balls as thick as the body around its bones.
-    pub fn new(body: &Body) -> Self {
+    pub fn new(articulated: &ArticulatedBody) -> Self {
+        let body = articulated.body;
         let rig = body.shaped(&[]);
-        let joint = |name: &str| body.joint_names.iter().position(|joint| joint == name);
         let limbs = LIMBS.iter().map(|names| {
-            names.iter().filter_map(|name| joint(name)).flat_map(|joint| balls(body, &rig.rest_joints, joint)).collect()
+            let joints = names.iter().filter_map(|name| articulated.joint(name));
+            joints.flat_map(|joint| balls(body, &rig.rest_joints, joint)).collect()
         });
         Self { limbs: limbs.collect() }
     }
@@ -99,7 +100,6 @@ pub fn add_separation(posed: &Posed, proxies: &Proxies, system: &mut System) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registration::articulated::ArticulatedBody;
     use crease::fixture::voxel_person;
     use glam::Quat;
 
@@ -107,7 +107,7 @@ mod tests {
     fn an_arm_in_the_trunk_comes_out_and_a_free_one_stays() {
         let body = voxel_person();
         let articulated = ArticulatedBody::new(&body, 2);
-        let proxies = Proxies::new(&body);
+        let proxies = Proxies::new(&articulated);
         let mut state = articulated.rest();
         let energy = |state: &_, system: &mut System| add_separation(&articulated.pose(state, false), &proxies, system);
         let count = articulated.pose_unknowns();

@@ -56,27 +56,34 @@ impl Track<'_> {
         Evidence { cloud: &self.clouds[t], keypoints: self.keypoints.get(t), expected }
     }
 
-    /// Follows the body from `first`'s state through all frames, then once more backwards through those that fail.
+    /// Follows the body from `start` through all frames, then once more backwards through those that fail.
     pub fn follow(&self, start: &State, progress: Progress) -> anyhow::Result<Vec<Tracked>> {
-        let bar = progress.bar("following the body", self.clouds.len());
-        let mut tracked: Vec<Tracked> = Vec::with_capacity(self.clouds.len());
-        for t in 0..self.clouds.len() {
-            tracked.push(self.next(t, start, &tracked)?);
-            bar.advance(1);
-        }
+        let mut tracked = self.follow_through(0..self.clouds.len(), start, progress, "following the body")?;
         self.retry_backwards(&mut tracked)?;
         Ok(tracked)
     }
 
-    /// The same from the last frame backwards.
+    /// Follows the body from `start` in the last frame back to the first.
     pub fn follow_back(&self, start: &State, progress: Progress) -> anyhow::Result<Vec<Tracked>> {
-        let bar = progress.bar("following it back", self.clouds.len());
-        let mut tracked: Vec<Tracked> = Vec::with_capacity(self.clouds.len());
-        for t in (0..self.clouds.len()).rev() {
+        let mut tracked = self.follow_through((0..self.clouds.len()).rev(), start, progress, "following it back")?;
+        tracked.reverse();
+        Ok(tracked)
+    }
+
+    /// Follows the body from `start` through `frames`, each a neighbour of the one before.
+    fn follow_through(
+        &self,
+        frames: impl ExactSizeIterator<Item = usize>,
+        start: &State,
+        progress: Progress,
+        title: &str,
+    ) -> anyhow::Result<Vec<Tracked>> {
+        let bar = progress.bar(title, frames.len());
+        let mut tracked: Vec<Tracked> = Vec::with_capacity(frames.len());
+        for t in frames {
             tracked.push(self.next(t, start, &tracked)?);
             bar.advance(1);
         }
-        tracked.reverse();
         Ok(tracked)
     }
 

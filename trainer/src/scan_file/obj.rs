@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices with colours if they have any, and polygons; everything else is skipped.
 
 use crate::ply::PointCloud;
-use crease::memory::{Allowance, MemoryLimit};
+use crease::memory::{Allowance, MemoryLimit, Shortage};
 use crease::numpy::ReadError;
 use glam::Vec3A;
 
@@ -18,6 +18,7 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<PointCloud, ReadError> {
             expected: expected.into(),
             found: found.chars().take(60).collect(),
         };
+        let shortage = |short: Shortage| error(&short.expected, &short.found);
         let line = String::from_utf8_lossy(line);
         let mut words = line.split_whitespace();
         match words.next() {
@@ -32,11 +33,11 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<PointCloud, ReadError> {
                 if count < 3 || !point.is_finite() {
                     return Err(error("three finite coordinates", line.trim()));
                 }
-                allowance.grow(&mut cloud.points, 1).map_err(|short| error(&short.expected, &short.found))?;
+                allowance.grow(&mut cloud.points, 1).map_err(shortage)?;
                 cloud.points.push(point);
                 // A fourth number alone is a weight.
                 if count >= 6 && colours.len() + 1 == cloud.points.len() {
-                    allowance.grow(&mut colours, 1).map_err(|short| error(&short.expected, &short.found))?;
+                    allowance.grow(&mut colours, 1).map_err(shortage)?;
                     let colour = |channel: usize| (255.0 * numbers[3 + channel]).round().clamp(0.0, 255.0) as u8;
                     colours.push(std::array::from_fn(colour));
                 }
@@ -46,11 +47,11 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<PointCloud, ReadError> {
                 for word in words {
                     let corner = vertex(word, cloud.points.len())
                         .ok_or_else(|| error(&format!("corners from 1 to {}", cloud.points.len()), word))?;
-                    allowance.grow(&mut corners, 1).map_err(|short| error(&short.expected, &short.found))?;
+                    allowance.grow(&mut corners, 1).map_err(shortage)?;
                     corners.push(corner);
                 }
                 let more = corners.len().saturating_sub(2);
-                allowance.grow(&mut cloud.triangles, more).map_err(|short| error(&short.expected, &short.found))?;
+                allowance.grow(&mut cloud.triangles, more).map_err(shortage)?;
                 cloud.triangles.extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
             }
             _ => {}

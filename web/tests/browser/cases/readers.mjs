@@ -26,8 +26,16 @@ async function said(file) {
   };
 }
 
-/** three.js and its glTF loader as one script that a page can run. */
-async function threeScript() {
+/** three.js and its glTF loader as one script that a page can run; bundled once. */
+let threeScript;
+
+/** Gives the page three.js. */
+async function addThree(page) {
+  threeScript ??= bundle();
+  await page.addScriptTag({ content: await threeScript });
+}
+
+async function bundle() {
   const contents = `export { GLTFLoader } from "three/addons/loaders/GLTFLoader.js"; export { Box3 } from "three";`;
   const resolveDir = fileURLToPath(new URL("web", ROOT));
   const { outputFiles } = await build({
@@ -92,7 +100,7 @@ export default [
     name: `readers: three.js sees the skinned figure of ${file}`,
     run: async ({ page, open }) => {
       await open();
-      await page.addScriptTag({ content: await threeScript() });
+      await addThree(page);
       const found = await page.evaluate(
         `fetch(${JSON.stringify(`/${file}`)}).then((answer) => answer.arrayBuffer()).then(${readWithThree})`,
       );
@@ -105,7 +113,7 @@ export default [
     name: "readers: three.js sees the mesh that the element exports",
     run: async ({ page, mount }) => {
       await mount({ src: "/tests/fixtures/tiny_plain.glb", motion: null });
-      await page.addScriptTag({ content: await threeScript() });
+      await addThree(page);
       const found = await page.evaluate(
         `document.querySelector("crease-avatar").exportMesh().then((blob) => blob.arrayBuffer()).then(${readWithThree})`,
       );
@@ -118,7 +126,7 @@ export default [
     name: "readers: three.js refuses a file that is no GLB",
     run: async ({ page, open }) => {
       await open();
-      await page.addScriptTag({ content: await threeScript() });
+      await addThree(page);
       const refused = page.evaluate(
         `fetch("/bad/noise.glb").then((answer) => answer.arrayBuffer()).then(${readWithThree})`,
       );

@@ -1,6 +1,6 @@
 //! What training strategies are given, and the two traits they implement.
 
-use crate::checkpoint::{Checkpoint, Ingredients};
+use crate::checkpoint::{Checkpoint, Fingerprint, Ingredients};
 use crate::options::TrainOptions;
 use crate::progress::Progress;
 use crate::sequence::{Frame, Sequence};
@@ -10,9 +10,11 @@ use crease::laplacian::sample_elimination;
 use crease::mesh::{Adjacency, Subdivision, mixed_voronoi_areas};
 use crease::network::{Domain, SurfaceFunction};
 use crease::numpy::ReadError;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 /// One training frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sample {
     /// Index into [`TrainContext::sequences`].
     pub sequence: usize,
@@ -53,6 +55,8 @@ pub struct TrainContext {
     pub progress: Progress,
     /// Where results are kept, for a run that is broken off and taken up again.
     pub checkpoint: Checkpoint,
+    /// Of scans that were read already: several stages ask, and a run takes its input not to change.
+    scans: Mutex<HashMap<Sample, Fingerprint>>,
 }
 
 impl TrainContext {
@@ -110,6 +114,7 @@ impl TrainContext {
             options,
             progress,
             checkpoint: Checkpoint::default(),
+            scans: Mutex::default(),
         })
     }
 
@@ -139,9 +144,19 @@ impl TrainContext {
     /// What the computation `name` for one training frame depends on: options, body, pose and scan.
     pub fn frame_ingredients(&self, name: &str, sample: Sample) -> Result<Ingredients, ReadError> {
         let Pose { rotations, translation } = self.pose(sample);
-        let scan = self.scan(sample)?;
+        let scan = self.scan_fingerprint(sample)?;
         let ingredients = self.ingredients(name);
-        Ok(ingredients.bytes(bytemuck::cast_slice(rotations)).points(&[(*translation).into()]).points(&scan.points))
+        Ok(ingredients.bytes(bytemuck::cast_slice(rotations)).points(&[(*translation).into()]).bytes(&scan.0))
+    }
+
+    fn scan_fingerprint(&self, sample: Sample) -> Result<Fingerprint, ReadError> {
+        let known = || self.scans.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(&fingerprint) = known().get(&sample) {
+            return Ok(fingerprint);
+        }
+        let fingerprint = self.scan(sample)?.fingerprint();
+        known().insert(sample, fingerprint);
+        Ok(fingerprint)
     }
 
     /// Reads the scan of a training frame.

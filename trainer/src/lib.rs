@@ -28,6 +28,7 @@ pub mod ply;
 pub mod progress;
 pub mod quadratic;
 pub mod registration;
+pub mod resident;
 pub mod sampling;
 pub mod scan_file;
 pub mod sequence;

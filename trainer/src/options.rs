@@ -64,6 +64,10 @@ pub struct TrainOptions {
     pub anchor_weight: f32,
     /// Width and height of the texture in texels; a power of two.
     pub texture_size: usize,
+    /// How much of the training data of multilayer perceptrons is in memory at a time, MiB; the rest is read again when its turn comes. Of
+    /// more points than fit, f_l is shown frames in random order, and the points of as many as fit shuffled.
+    #[serde(default = "memory_mib")]
+    pub memory_mib: usize,
     /// Training of f_d as a multilayer perceptron.
     pub deformation: DeformationOptions,
     /// Ground-truth Laplacians by quadratic fits.
@@ -74,6 +78,11 @@ pub struct TrainOptions {
     pub laplacian: LaplacianOptions,
     /// Training in compact form.
     pub compact: CompactOptions,
+}
+
+/// Of runs that were written before there was a choice, and of new ones.
+fn memory_mib() -> usize {
+    2048
 }
 
 /// Shape and optimiser of a multilayer perceptron.
@@ -149,6 +158,11 @@ pub struct LocalisationOptions {
 }
 
 impl TrainOptions {
+    /// Bytes of `memory_mib`.
+    pub fn memory_bytes(&self) -> usize {
+        self.memory_mib << 20
+    }
+
     /// The paper to the letter. Meant for a GPU; narrower networks and fewer epochs run on a CPU.
     pub fn paper() -> Self {
         let network =
@@ -165,6 +179,7 @@ impl TrainOptions {
             anchor_count: 800,
             anchor_weight: 1.0,
             texture_size: 1024,
+            memory_mib: memory_mib(),
             deformation: DeformationOptions {
                 network: network(5, 600, 300),
                 frames_a_step: 10,

@@ -154,6 +154,12 @@ fn losses_fall_and_a_seed_decides() {
     let function = SurfaceFunction::Mlp(deformation);
     let (_, detail_history) = PlainLaplacian.fit(&context, &function).unwrap();
     assert!(detail_history[3] < 0.95 * detail_history[0], "{detail_history:?}");
+    // Where nothing stays in memory f_d sees the same, and f_l one frame after the other.
+    context.options.memory_mib = 0;
+    assert_eq!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().0), function);
+    let (_, streamed_history) = PlainLaplacian.fit(&context, &function).unwrap();
+    assert!(streamed_history[3] < 0.95 * streamed_history[0], "{streamed_history:?}");
+    assert_ne!(streamed_history, detail_history);
     context.options.seed = 1;
     assert_ne!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().0), function);
 }

@@ -100,6 +100,12 @@ fn the_paper_preset_goes_on_after_any_step() {
 }
 
 #[test]
+fn frames_that_are_read_anew_each_time_change_nothing_of_that() {
+    let options = TrainOptions { memory_mib: 0, ..small(TrainOptions::paper()) };
+    check("resume-streaming", &options, &["deformation.last", "targets-0-00000.result", "laplacian.last"]);
+}
+
+#[test]
 fn the_compact_preset_goes_on_after_any_frame() {
     let files = ["coarse-0-00000.result", "base-0-00000.result"];
     check("resume-compact", &small(TrainOptions::compact()), &files);

@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 
 const MAGIC: &[u8; 8] = b"CREASECK";
 /// Of this layout and of the results inside.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER_LENGTH: usize = 8 + 4 + 32 + 8;
 const CHECKSUM_LENGTH: usize = 32;
 
@@ -103,6 +103,6 @@ mod tests {
         let mut bytes = Record { inputs: Fingerprint([0; 32]), result: b"" }.write();
         bytes[8] = 9;
         let error = Record::read(&bytes, "a").unwrap_err();
-        assert_eq!((error.field.as_str(), error.expected.as_str(), error.found.as_str()), ("version", "1", "9"));
+        assert_eq!((error.field.as_str(), error.expected, error.found.as_str()), ("version", VERSION.to_string(), "9"));
     }
 }

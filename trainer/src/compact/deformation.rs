@@ -6,11 +6,15 @@ use super::surface_fit::{FitOptions, coverage, fit_surface};
 use super::two_scales::regress_on_two_scales;
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{DeformationTrainer, Sample, TrainContext};
+use anyhow::ensure;
 use crease::animate::PosedSurface;
 use crease::body::Pose;
 use crease::network::{Compact, SurfaceFunction};
 use glam::Vec3A;
 use rayon::prelude::*;
+
+/// Regression holds the fits to all frames in memory, several MB each, and the file keeps what it needs of every one.
+pub const GREATEST_FRAME_COUNT: usize = 2000;
 
 /// Trains f_d by fits and regression.
 pub struct CompactDeformation;
@@ -23,7 +27,17 @@ impl DeformationTrainer for CompactDeformation {
 
 impl CompactDeformation {
     /// Canonical offsets of every training frame on level 0, metres.
+    ///
+    /// Fails where there are more than [`GREATEST_FRAME_COUNT`].
     pub fn fit(&self, context: &TrainContext) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+        let count = context.samples.len();
+        ensure!(
+            count <= GREATEST_FRAME_COUNT,
+            "frames: expected at most {GREATEST_FRAME_COUNT} where fits to all of them are compared, found {count}: \
+             take every {}th with --frames ::{}, or train with --preset paper, which reads frames as they come",
+            count.div_ceil(GREATEST_FRAME_COUNT),
+            count.div_ceil(GREATEST_FRAME_COUNT)
+        );
         let options = &context.options.compact;
         let zero = vec![Vec3A::ZERO; context.rig.rest.len()];
         let coarse = fit_all(context, "fitting the base, coarse", "coarse", |_| &zero, &options.coarse_fit)?;

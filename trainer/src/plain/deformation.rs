@@ -1,6 +1,6 @@
 //! f_d as a multilayer perceptron (paper, Pose-dependent base mesh).
 
-use super::descent::Descent;
+use super::descent::{Descent, Material};
 use super::energy::{Energy, Scan, Weights};
 use super::features::Features;
 use super::gather::Rows;
@@ -8,6 +8,7 @@ use super::network::Network;
 use super::{numbers, training_device};
 use crate::checkpoint::Fingerprint;
 use crate::context::{DeformationTrainer, Sample, TrainContext};
+use crate::resident::Resident;
 use anyhow::ensure;
 use burn::tensor::{Device, Tensor, TensorData};
 use crease::animate::PosedSurface;
@@ -16,6 +17,7 @@ use crease::network::{Mlp, SurfaceFunction};
 use glam::{Mat3A, Vec3A};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The network's numbers are decimetres: offsets of clothes are of that order, and so its outputs and weights are near 1.
 const OUTPUT_SCALE: f32 = 0.1;
@@ -39,6 +41,14 @@ struct TrainingFrame {
     axis_angles: Vec<[f32; 3]>,
 }
 
+impl TrainingFrame {
+    fn bytes(&self) -> usize {
+        let Self { scan, body, posed_from_canonical, axis_angles } = self;
+        let matrices = size_of_val(posed_from_canonical.as_slice());
+        scan.bytes() + size_of_val(body.as_slice()) + matrices + size_of_val(axis_angles.as_slice())
+    }
+}
+
 impl PlainDeformation {
     /// The trained network, and the mean of E_d over each epoch.
     pub fn fit(&self, context: &TrainContext) -> anyhow::Result<(Mlp, Vec<f32>)> {
@@ -46,8 +56,6 @@ impl PlainDeformation {
         let device = training_device(context.options.device)?;
         let encoding = PositionalEncoding { frequency_count: context.options.frequency_count };
         let features = Features::new(encoding, context.rig.parents.len());
-        let frames: Vec<TrainingFrame> =
-            context.samples.iter().map(|&sample| read_frame(context, sample)).collect::<anyhow::Result<_>>()?;
         let weights = Weights {
             regulariser: options.regulariser_weight,
             anchor: options.anchor_weight,
@@ -62,28 +70,60 @@ impl PlainDeformation {
             options: &options.network,
             input_count: features.length(),
             seed: context.options.seed,
-            item_count: frames.len(),
             items_a_step: options.frames_a_step,
+            items_a_pool: usize::MAX,
             rate: |_| 1.0,
         };
-        let step = |network: &Network, batch: &[u32], generator: &mut Pcg64Mcg| {
-            let batch: Vec<&TrainingFrame> = batch.iter().map(|&index| &frames[index as usize]).collect();
-            let posed = pose_batch(context, features, network, &batch, &device);
-            let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
-            ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged");
-            let drawn: Vec<Scan> = match options.points_a_frame {
-                0 => Vec::new(),
-                count => batch.iter().map(|frame| frame.scan.drawn(count, generator)).collect(),
-            };
-            let scans: Vec<&Scan> = match options.points_a_frame {
-                0 => batch.iter().map(|frame| &frame.scan).collect(),
-                _ => drawn.iter().collect(),
-            };
-            energy.evaluate(&posed, &positions, &scans)
-        };
-        let note = |mean| format!("E_d {:.3} mm²", 1e6 * mean);
-        let (network, history) = descent.run(context, &device, step, note)?;
+        let read = |index: usize| read_frame(context, context.samples[index]);
+        let frame_count = context.samples.len();
+        let frames = Resident::new(frame_count, context.options.memory_bytes(), TrainingFrame::bytes, read);
+        let lessons =
+            Lessons { context, features, frames, energy, device: device.clone(), sizes: [frame_count as u32] };
+        let (network, history) = descent.run(context, &device, &lessons)?;
         Ok((network.export(0, encoding, OUTPUT_SCALE), history))
+    }
+}
+
+/// Frames as the network is shown them: all of them are items of one part, and those of a step are read for it.
+struct Lessons<'a> {
+    context: &'a TrainContext,
+    features: Features,
+    frames: Resident<'a, TrainingFrame>,
+    energy: Energy,
+    device: Device,
+    sizes: [u32; 1],
+}
+
+impl Material for Lessons<'_> {
+    type Pool = ();
+
+    fn part_sizes(&self) -> &[u32] {
+        &self.sizes
+    }
+
+    fn pool(&self, _: &[u32]) -> anyhow::Result<()> {
+        Ok(())
+    }
+
+    fn energy(&self, network: &Network, (): &(), items: &[u32], generator: &mut Pcg64Mcg) -> anyhow::Result<Tensor<1>> {
+        let read = |&index: &u32| self.frames.get(index as usize);
+        let frames: Vec<Arc<TrainingFrame>> = items.par_iter().map(read).collect::<anyhow::Result<_>>()?;
+        let posed = pose_batch(self.context, self.features, network, &frames, &self.device);
+        let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
+        ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged");
+        let drawn: Vec<Scan> = match self.context.options.deformation.points_a_frame {
+            0 => Vec::new(),
+            count => frames.iter().map(|frame| frame.scan.drawn(count, generator)).collect(),
+        };
+        let scans: Vec<&Scan> = match drawn.is_empty() {
+            true => frames.iter().map(|frame| &frame.scan).collect(),
+            false => drawn.iter().collect(),
+        };
+        self.energy.evaluate(&posed, &positions, &scans)
+    }
+
+    fn note(&self, mean: f32) -> String {
+        format!("E_d {:.3} mm²", 1e6 * mean)
     }
 }
 
@@ -122,7 +162,7 @@ fn pose_batch(
     context: &TrainContext,
     features: Features,
     network: &Network,
-    batch: &[&TrainingFrame],
+    batch: &[Arc<TrainingFrame>],
     device: &Device,
 ) -> Tensor<2> {
     let domain = &context.domains[0];

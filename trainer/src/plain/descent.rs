@@ -16,7 +16,31 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-/// What is descended on, and how it is called.
+/// What a network learns from: items in parts, of which as many as fit are looked at together.
+pub(super) trait Material {
+    /// Parts in memory.
+    type Pool;
+
+    /// Items of each part.
+    fn part_sizes(&self) -> &[u32];
+
+    /// Reads parts.
+    fn pool(&self, parts: &[u32]) -> anyhow::Result<Self::Pool>;
+
+    /// The mean energy of a step's items, which are numbered through the pool's parts in their order.
+    fn energy(
+        &self,
+        network: &Network,
+        pool: &Self::Pool,
+        items: &[u32],
+        generator: &mut Pcg64Mcg,
+    ) -> anyhow::Result<Tensor<1>>;
+
+    /// A mean energy in words.
+    fn note(&self, mean: f32) -> String;
+}
+
+/// How to descend, and how it is called.
 pub(super) struct Descent<'a> {
     /// Name of the state in a checkpoint.
     pub name: &'a str,
@@ -30,54 +54,77 @@ pub(super) struct Descent<'a> {
     pub input_count: usize,
     /// Seed of weights and of every draw.
     pub seed: u64,
-    /// Things to learn from: an epoch passes over all, in a new order each time.
-    pub item_count: usize,
-    /// How many of them a step takes.
+    /// How many items a step takes.
     pub items_a_step: usize,
+    /// How many items a pool has at most, if it has more than one part.
+    pub items_a_pool: usize,
     /// The learning rate as a share of the first, from the share of all steps that are done.
     pub rate: fn(f64) -> f64,
 }
 
 impl Descent<'_> {
-    /// The network after all epochs, and the mean energy of each.
+    /// The network after all epochs, and the mean energy of each. An epoch passes over all items: pool by pool, each shuffled, of parts in
+    /// random order.
     ///
-    /// `energy` is given the network, the items of a step, and the generator to draw from; `note` says an epoch's mean energy in words.
-    /// Fails where `energy` does, where the energy is not finite, and where somebody asked to stop.
-    pub(super) fn run(
+    /// Fails where `material` does, where the energy is not finite, and where somebody asked to stop.
+    pub(super) fn run<M: Material>(
         &self,
         context: &TrainContext,
         device: &Device,
-        mut energy: impl FnMut(&Network, &[u32], &mut Pcg64Mcg) -> anyhow::Result<Tensor<1>>,
-        note: impl Fn(f32) -> String,
+        material: &M,
     ) -> anyhow::Result<(Network, Vec<f32>)> {
-        let epoch_count = self.options.epoch_count;
-        let bar = context.progress.bar(self.title, epoch_count);
+        let sizes = material.part_sizes();
+        let item_count: u64 = sizes.iter().map(|&size| u64::from(size)).sum();
+        let all = self.options.epoch_count as u64 * item_count;
+        let bar = context.progress.bar(self.title, all as usize);
         let kept = context.checkpoint.state::<Bundle>(self.name, self.inputs);
-        let mut state = match kept.and_then(|bundle| self.unpack(bundle, device)) {
+        let mut state = match kept.and_then(|bundle| self.unpack(bundle, device, sizes)) {
             Some(state) => state,
-            None => self.start(device),
+            None => self.start(device, sizes),
         };
-        bar.advance(state.position.epoch as u64);
-        while state.position.epoch < epoch_count {
+        bar.advance(state.position.items_done(item_count));
+        let mut pool: Option<(usize, M::Pool)> = None;
+        while state.position.epoch < self.options.epoch_count {
+            let first = state.position.first_part;
+            let is_whole = self.pool_end(sizes, &state.parts, 0) == state.parts.len();
+            if first == 0 && state.position.done == 0 && !is_whole {
+                state.parts.shuffle(&mut state.generator);
+                pool = None;
+            }
+            let end = self.pool_end(sizes, &state.parts, first);
+            let parts = &state.parts[first..end];
             if state.position.done == 0 {
+                let count: u32 = parts.iter().map(|&part| sizes[part as usize]).sum();
+                if state.order.len() != count as usize {
+                    state.order = (0..count).collect();
+                }
                 state.order.shuffle(&mut state.generator);
             }
-            let end = (state.position.done + self.items_a_step.max(1)).min(state.order.len());
-            let batch = &state.order[state.position.done..end];
-            let total = energy(&state.network, batch, &mut state.generator)?;
+            let pool = match &mut pool {
+                Some((start, pool)) if *start == first => pool,
+                other => {
+                    // The one before goes first: two would need twice the memory.
+                    *other = None;
+                    &mut other.insert((first, material.pool(parts)?)).1
+                }
+            };
+            let until = (state.position.done + self.items_a_step.max(1)).min(state.order.len());
+            let items = &state.order[state.position.done..until];
+            let total = material.energy(&state.network, pool, items, &mut state.generator)?;
             let gradients = GradientsParams::from_grads(total.backward(), &state.network);
-            let all = (epoch_count * state.order.len()) as f64;
-            let done = (state.position.epoch * state.order.len() + state.position.done) as f64 / all;
+            let done = state.position.items_done(item_count) as f64 / all as f64;
             let learning_rate = self.options.learning_rate * (self.rate)(done);
             state.network = state.optimiser.step(learning_rate, state.network, gradients);
-            state.position.sum += scalar(total) * batch.len() as f32;
-            state.position.done = end;
-            if end == state.order.len() {
-                let mean = state.position.sum / state.order.len() as f32;
-                ensure!(mean.is_finite(), "{} diverged in epoch {}", self.title, state.position.epoch);
-                state.position.end_epoch(mean);
-                bar.note(note(mean));
-                bar.advance(1);
+            let count = items.len() as u64;
+            state.position.step(scalar(total), count, until);
+            bar.advance(count);
+            if until == state.order.len() {
+                state.position.end_pool(end);
+            }
+            if state.position.first_part == state.parts.len() {
+                let mean = state.position.end_epoch(item_count);
+                ensure!(mean.is_finite(), "{} diverged in epoch {}", self.title, state.position.epoch - 1);
+                bar.note(format!("epoch {}: {}", state.position.epoch, material.note(mean)));
             }
             context.checkpoint.keep_state(self.name, self.inputs, || state.pack())?;
         }
@@ -85,23 +132,35 @@ impl Descent<'_> {
         Ok((state.network, state.position.history))
     }
 
-    fn start(&self, device: &Device) -> State {
+    /// Where the pool ends that starts with `parts[first]`.
+    fn pool_end(&self, sizes: &[u32], parts: &[u32], first: usize) -> usize {
+        let mut count = 0;
+        let fits = |&&part: &&u32| {
+            count += sizes[part as usize] as usize;
+            count <= self.items_a_pool
+        };
+        first + parts[first..].iter().take_while(fits).count().max(1)
+    }
+
+    fn start(&self, device: &Device, sizes: &[u32]) -> State {
         let mut generator = generator(self.seed);
         State {
             network: Network::new(self.input_count, self.options, generator.random(), device),
             optimiser: AdamConfig::new().init(),
             generator,
-            order: (0..self.item_count as u32).collect(),
+            parts: (0..sizes.len() as u32).filter(|&part| sizes[part as usize] > 0).collect(),
+            order: Vec::new(),
             position: Position::default(),
         }
     }
 
-    /// None where the bundle is of another network or another number of items.
-    fn unpack(&self, bundle: Bundle, device: &Device) -> Option<State> {
-        let start = self.start(device);
-        let (order, []) = bundle.order.as_chunks::<4>() else { return None };
-        let order: Vec<u32> = order.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect();
-        if order.len() != self.item_count || order.iter().any(|&item| item as usize >= self.item_count) {
+    /// None where the bundle is of another network or of other items.
+    fn unpack(&self, bundle: Bundle, device: &Device, sizes: &[u32]) -> Option<State> {
+        let start = self.start(device, sizes);
+        let (parts, order) = (numbers(&bundle.parts)?, numbers(&bundle.order)?);
+        let position: Position = serde_json::from_slice(&bundle.position).ok()?;
+        let all_parts = sorted(&parts) == start.parts && position.first_part <= parts.len();
+        if !all_parts || sorted(&order).into_iter().ne(0..order.len() as u32) || position.done > order.len() {
             return None;
         }
         let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bundle.network)).ok()?;
@@ -109,10 +168,22 @@ impl Descent<'_> {
             network: start.network.try_load_record(record).ok()?,
             optimiser: start.optimiser.from_bytes(Bytes::from_bytes_vec(bundle.optimiser)).ok()?,
             generator: serde_json::from_slice(&bundle.generator).ok()?,
+            parts,
             order,
-            position: serde_json::from_slice(&bundle.position).ok()?,
+            position,
         })
     }
+}
+
+fn numbers(bytes: &[u8]) -> Option<Vec<u32>> {
+    let (numbers, []) = bytes.as_chunks::<4>() else { return None };
+    Some(numbers.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect())
+}
+
+fn sorted(numbers: &[u32]) -> Vec<u32> {
+    let mut sorted = numbers.to_vec();
+    sorted.sort_unstable();
+    sorted
 }
 
 /// Everything that the next step depends on.
@@ -120,7 +191,9 @@ struct State {
     network: Network,
     optimiser: ModuleOptimizer,
     generator: Pcg64Mcg,
-    /// Items in this epoch's order.
+    /// Parts that are not empty, in this epoch's order.
+    parts: Vec<u32>,
+    /// Items of the pool in their order.
     order: Vec<u32>,
     position: Position,
 }
@@ -130,20 +203,43 @@ struct State {
 struct Position {
     /// Whole epochs done.
     epoch: usize,
-    /// Items of this epoch done.
+    /// Where the pool starts in this epoch's parts.
+    first_part: usize,
+    /// Items of the pool done.
     done: usize,
+    /// Items of this epoch done.
+    epoch_done: u64,
     /// Of their energies.
-    sum: f32,
+    sum: f64,
     /// Mean energy of each epoch.
     history: Vec<f32>,
 }
 
 impl Position {
-    fn end_epoch(&mut self, mean: f32) {
-        self.history.push(mean);
-        self.epoch += 1;
+    /// Of all epochs.
+    fn items_done(&self, item_count: u64) -> u64 {
+        self.epoch as u64 * item_count + self.epoch_done
+    }
+
+    /// `count` items more, of this mean energy; those before `done` of the pool.
+    fn step(&mut self, mean: f32, count: u64, done: usize) {
+        self.sum += f64::from(mean) * count as f64;
+        self.epoch_done += count;
+        self.done = done;
+    }
+
+    fn end_pool(&mut self, next_part: usize) {
+        self.first_part = next_part;
         self.done = 0;
-        self.sum = 0.0;
+    }
+
+    /// Gives the epoch's mean energy.
+    fn end_epoch(&mut self, item_count: u64) -> f32 {
+        let mean = (self.sum / item_count as f64) as f32;
+        let mut history = std::mem::take(&mut self.history);
+        history.push(mean);
+        *self = Self { epoch: self.epoch + 1, history, ..Self::default() };
+        mean
     }
 }
 
@@ -154,6 +250,7 @@ impl State {
             network: self.network.clone().into_record().into_bytes().expect(PLAIN).to_vec(),
             optimiser: self.optimiser.into_bytes().expect(PLAIN).to_vec(),
             generator: serde_json::to_vec(&self.generator).expect(PLAIN),
+            parts: self.parts.iter().flat_map(|part| part.to_le_bytes()).collect(),
             order: self.order.iter().flat_map(|item| item.to_le_bytes()).collect(),
             position: serde_json::to_vec(&self.position).expect(PLAIN),
         }
@@ -166,6 +263,7 @@ struct Bundle {
     network: Vec<u8>,
     optimiser: Vec<u8>,
     generator: Vec<u8>,
+    parts: Vec<u8>,
     order: Vec<u8>,
     position: Vec<u8>,
 }
@@ -173,7 +271,8 @@ struct Bundle {
 impl Keep for Bundle {
     /// Each part after its length, 8 bytes, little endian.
     fn to_bytes(&self) -> Vec<u8> {
-        let parts = [&self.network, &self.optimiser, &self.generator, &self.order, &self.position];
+        let Self { network, optimiser, generator, parts, order, position } = self;
+        let parts = [network, optimiser, generator, parts, order, position];
         let framed = parts.map(|part| [&(part.len() as u64).to_le_bytes(), part.as_slice()].concat());
         framed.concat()
     }
@@ -185,8 +284,9 @@ impl Keep for Bundle {
             bytes = rest;
             Some(part.to_vec())
         };
-        let [network, optimiser, generator, order, position] = [part()?, part()?, part()?, part()?, part()?];
-        bytes.is_empty().then_some(Self { network, optimiser, generator, order, position })
+        let [network, optimiser, generator] = [part()?, part()?, part()?];
+        let [parts, order, position] = [part()?, part()?, part()?];
+        bytes.is_empty().then_some(Self { network, optimiser, generator, parts, order, position })
     }
 }
 
@@ -196,8 +296,14 @@ mod tests {
 
     #[test]
     fn bundles_come_back_and_damaged_ones_do_not() {
-        let bundle =
-            Bundle { network: vec![1, 2], optimiser: vec![], generator: vec![3], order: vec![4; 9], position: vec![5] };
+        let bundle = Bundle {
+            network: vec![1, 2],
+            optimiser: vec![],
+            generator: vec![3],
+            parts: vec![6],
+            order: vec![4; 9],
+            position: vec![5],
+        };
         let bytes = bundle.to_bytes();
         assert_eq!(Bundle::from_bytes(&bytes).unwrap(), bundle);
         assert_eq!(Bundle::from_bytes(&bytes[..bytes.len() - 1]), None);
@@ -213,7 +319,8 @@ mod tests {
         let _: u64 = drawn.random();
         let mut back: Pcg64Mcg = serde_json::from_slice(&serde_json::to_vec(&drawn).unwrap()).unwrap();
         assert_eq!(back.random::<u64>(), drawn.random::<u64>());
-        let position = Position { epoch: 3, done: 8, sum: 0.1, history: vec![1.0 / 3.0, f32::MIN_POSITIVE] };
+        let history = vec![1.0 / 3.0, f32::MIN_POSITIVE];
+        let position = Position { epoch: 3, first_part: 2, done: 8, epoch_done: 9, sum: 0.1, history };
         let back: Position = serde_json::from_slice(&serde_json::to_vec(&position).unwrap()).unwrap();
         assert_eq!(back, position);
     }

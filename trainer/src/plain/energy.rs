@@ -51,6 +51,12 @@ impl Scan {
         Self { points, weights, cloud, camera }
     }
 
+    /// In memory, about; the search tree takes as much as its points.
+    pub(super) fn bytes(&self) -> usize {
+        let own = size_of_val(self.points.as_slice()) + size_of_val(self.weights.as_slice());
+        own + 2 * size_of_val(self.cloud.points.as_slice())
+    }
+
     /// The same scan with `count` of its points pulling, drawn with replacement.
     pub(super) fn drawn(&self, count: usize, generator: &mut Pcg64Mcg) -> Self {
         let drawn: Vec<usize> = (0..count).map(|_| generator.random_range(0..self.points.len())).collect();

@@ -61,11 +61,10 @@ const FALLING: fn(f64) -> f64 = |done| 1.0 - done;
 
 fn regress(context: &TrainContext, fields: &[Vec<Vec3A>], regression: Regression<'_>) -> anyhow::Result<Mlp> {
     let domain = &context.domains[regression.level];
-    let mut pairs = Pairs::default();
-    for (&sample, field) in context.samples.iter().zip(fields) {
-        let points = domain.canonical.iter().zip(&domain.masks).zip(field);
+    let read = |index: usize| {
+        let points = domain.canonical.iter().zip(&domain.masks).zip(&fields[index]);
         let target = |((&canonical, &mask), &value)| Target { canonical, mask, value, weight: 1.0 };
-        pairs.push(context.pose(sample), points.map(target));
-    }
-    Ok(pairs.regress(context, regression)?.0)
+        Ok(points.map(target).collect())
+    };
+    Ok(Pairs::read(context, "collecting fits", read)?.regress(context, regression)?.0)
 }

@@ -1,9 +1,11 @@
 //! f_l as a multilayer perceptron (paper, Neural surface Laplacian function).
 
 use super::regression::{Pairs, Regression};
+use crate::checkpoint::Fingerprint;
 use crate::context::{LaplacianTrainer, TrainContext};
 use crate::targets::{offsets, quadratic_targets};
 use crease::network::{Mlp, SurfaceFunction};
+use std::sync::OnceLock;
 
 /// Trains f_l by gradient descent on E_l, with quadratic fits at scan points.
 pub struct PlainLaplacian;
@@ -17,15 +19,21 @@ impl LaplacianTrainer for PlainLaplacian {
 impl PlainLaplacian {
     /// The trained network, and the mean of E_l (of standardised targets) over each epoch.
     pub fn fit(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<(Mlp, Vec<f32>)> {
-        let bar = context.progress.bar("measuring Laplacians", context.samples.len());
-        let mut pairs = Pairs::default();
-        for &sample in &context.samples {
-            let base = offsets(context, deformation, sample);
-            let inputs = context.frame_ingredients("targets", sample)?.points(&base).finish();
+        let inputs: Vec<OnceLock<Fingerprint>> = vec![OnceLock::new(); context.samples.len()];
+        let read = |index: usize| {
+            let sample = context.samples[index];
+            let inputs = match inputs[index].get() {
+                Some(&known) => known,
+                None => {
+                    let base = offsets(context, deformation, sample);
+                    let found = context.frame_ingredients("targets", sample)?.points(&base).finish();
+                    *inputs[index].get_or_init(|| found)
+                }
+            };
             let measure = || quadratic_targets(context, deformation, sample);
-            pairs.push(context.pose(sample), context.checkpoint.remember(&sample.name("targets"), inputs, measure)?);
-            bar.advance(1);
-        }
+            context.checkpoint.remember(&sample.name("targets"), inputs, measure)
+        };
+        let pairs = Pairs::read(context, "measuring Laplacians", read)?;
         pairs.regress(
             context,
             Regression {

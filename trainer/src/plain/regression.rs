@@ -1,28 +1,32 @@
 //! Gradient descent on pairs of a surface point in a pose and the value wanted there.
 
-use super::descent::Descent;
+use super::descent::{Descent, Material};
 use super::features::Features;
 use super::network::Network;
 use super::training_device;
-use crate::checkpoint::{Fingerprint, Keep};
+use crate::checkpoint::{Fingerprint, Ingredients, Keep};
 use crate::context::TrainContext;
 use crate::options::NetworkOptions;
+use crate::resident::Resident;
 use crate::targets::Target;
 use anyhow::ensure;
 use burn::tensor::{Device, Tensor, TensorData};
-use crease::body::Pose;
 use crease::encoding::PositionalEncoding;
 use crease::network::Mlp;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use std::sync::Arc;
 
-/// Training pairs of all frames.
-#[derive(Default)]
-pub(super) struct Pairs {
-    targets: Vec<Target>,
-    /// Index into `poses` for each target.
-    frames: Vec<u32>,
+/// Training pairs of all frames, which are read when they are needed.
+pub(super) struct Pairs<'a> {
+    targets: Resident<'a, Vec<Target>>,
     poses: Vec<Vec<[f32; 3]>>,
+    /// Pairs of each frame.
+    counts: Vec<u32>,
+    /// Root mean square of the components of their values.
+    scale: f32,
+    /// Of all of them.
+    fingerprint: Fingerprint,
 }
 
 /// What [`Pairs::regress`] trains, and how; see [`Descent`].
@@ -37,12 +41,34 @@ pub(super) struct Regression<'a> {
     pub rate: fn(f64) -> f64,
 }
 
-impl Pairs {
-    /// Appends the targets of one frame.
-    pub fn push(&mut self, pose: &Pose, targets: impl IntoIterator<Item = Target>) {
-        self.targets.extend(targets);
-        self.frames.resize(self.targets.len(), self.poses.len() as u32);
-        self.poses.push(Features::axis_angles(pose));
+impl<'a> Pairs<'a> {
+    /// The pairs that `read` gives for each of the context's frames, always the same; all are read once now.
+    pub fn read(
+        context: &TrainContext,
+        title: &str,
+        read: impl Fn(usize) -> anyhow::Result<Vec<Target>> + Sync + 'a,
+    ) -> anyhow::Result<Self> {
+        let samples = &context.samples;
+        let size = |targets: &Vec<Target>| size_of_val(targets.as_slice());
+        // The other half is the pool's.
+        let targets = Resident::new(samples.len(), context.options.memory_bytes() / 2, size, read);
+        let bar = context.progress.bar(title, samples.len());
+        let (mut counts, mut sum, mut all) = (Vec::new(), 0.0, Ingredients::new("pairs"));
+        for index in 0..samples.len() {
+            let frame = targets.get(index)?;
+            counts.push(frame.len() as u32);
+            sum = frame.iter().fold(sum, |sum, target| sum + f64::from(target.value.length_squared()));
+            all = all.bytes(&frame.to_bytes());
+            bar.advance(1);
+        }
+        let count: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+        Ok(Self {
+            targets,
+            poses: samples.iter().map(|&sample| Features::axis_angles(context.pose(sample))).collect(),
+            counts,
+            scale: (sum / (3 * count).max(1) as f64).sqrt() as f32,
+            fingerprint: all.finish(),
+        })
     }
 
     /// The trained network, and the mean energy (of standardised targets) over each epoch.
@@ -51,46 +77,78 @@ impl Pairs {
         let device = training_device(context.options.device)?;
         let encoding = PositionalEncoding { frequency_count: context.options.frequency_count };
         let features = Features::new(encoding, context.rig.parents.len());
-        let scale = root_mean_square(&self.targets);
-        ensure!(scale > 0.0, "{title}: expected points of the scans near the base mesh, found none");
-
+        ensure!(self.scale > 0.0, "{title}: expected points of the scans near the base mesh, found none");
         let descent = Descent {
             name,
             title,
-            inputs: self.inputs(context, name),
+            inputs: context.ingredients(name).value(&self.poses).bytes(&self.fingerprint.0).finish(),
             options: network,
             input_count: features.length(),
             seed,
-            item_count: self.targets.len(),
             items_a_step: context.options.laplacian.points_a_step,
+            items_a_pool: context.options.memory_bytes() / 2 / size_of::<Target>(),
             rate,
         };
-        let step = |network: &Network, batch: &[u32], _: &mut Pcg64Mcg| {
-            Ok(energy(network.forward(self.input(batch, features, &device)), &self.of(batch), scale))
-        };
-        let (network, history) = descent.run(context, &device, step, |mean| format!("energy {mean:.4}"))?;
-        Ok((network.export(level, encoding, scale), history))
+        let lessons = Lessons { pairs: self, features, device: device.clone() };
+        let (network, history) = descent.run(context, &device, &lessons)?;
+        Ok((network.export(level, encoding, self.scale), history))
+    }
+}
+
+/// Pairs as a network is shown them.
+struct Lessons<'a> {
+    pairs: &'a Pairs<'a>,
+    features: Features,
+    device: Device,
+}
+
+/// Pairs of several frames in memory.
+struct Pool {
+    /// Number of the first pair of each frame.
+    starts: Vec<u32>,
+    frames: Vec<(u32, Arc<Vec<Target>>)>,
+}
+
+impl Pool {
+    /// A pair, and the frame that it is of.
+    fn at(&self, item: u32) -> (u32, &Target) {
+        let place = self.starts.partition_point(|&start| start <= item) - 1;
+        let (frame, targets) = &self.frames[place];
+        (*frame, &targets[(item - self.starts[place]) as usize])
+    }
+}
+
+impl Material for Lessons<'_> {
+    type Pool = Pool;
+
+    fn part_sizes(&self) -> &[u32] {
+        &self.pairs.counts
     }
 
-    /// Everything that training on them depends on.
-    fn inputs(&self, context: &TrainContext, name: &str) -> Fingerprint {
-        let ingredients = context.ingredients(name).value(&(&self.frames, &self.poses));
-        ingredients.bytes(&self.targets.to_bytes()).finish()
-    }
-
-    fn of(&self, batch: &[u32]) -> Vec<&Target> {
-        batch.iter().map(|&index| &self.targets[index as usize]).collect()
-    }
-
-    fn input(&self, batch: &[u32], features: Features, device: &Device) -> Tensor<2> {
-        let length = features.length();
-        let mut input = vec![0.0; batch.len() * length];
-        input.par_chunks_exact_mut(length).zip(batch).for_each(|(row, &index)| {
-            let target = &self.targets[index as usize];
-            let pose = &self.poses[self.frames[index as usize] as usize];
-            features.fill(target.canonical, target.mask, pose, row);
+    fn pool(&self, parts: &[u32]) -> anyhow::Result<Pool> {
+        let read = |&part: &u32| Ok((part, self.pairs.targets.get(part as usize)?));
+        let starts = parts.iter().scan(0, |end, &part| {
+            let start = *end;
+            *end += self.pairs.counts[part as usize];
+            Some(start)
         });
-        Tensor::from_data(TensorData::new(input, [batch.len(), length]), device)
+        Ok(Pool { starts: starts.collect(), frames: parts.par_iter().map(read).collect::<anyhow::Result<_>>()? })
+    }
+
+    fn energy(&self, network: &Network, pool: &Pool, items: &[u32], _: &mut Pcg64Mcg) -> anyhow::Result<Tensor<1>> {
+        let length = self.features.length();
+        let mut input = vec![0.0; items.len() * length];
+        input.par_chunks_exact_mut(length).zip(items).for_each(|(row, &item)| {
+            let (frame, target) = pool.at(item);
+            self.features.fill(target.canonical, target.mask, &self.pairs.poses[frame as usize], row);
+        });
+        let input = Tensor::from_data(TensorData::new(input, [items.len(), length]), &self.device);
+        let targets: Vec<&Target> = items.iter().map(|&item| pool.at(item).1).collect();
+        Ok(energy(network.forward(input), &targets, self.pairs.scale))
+    }
+
+    fn note(&self, mean: f32) -> String {
+        format!("energy {mean:.4}")
     }
 }
 
@@ -106,12 +164,6 @@ fn energy(prediction: Tensor<2>, batch: &[&Target], scale: f32) -> Tensor<1> {
     let weights: Vec<f32> = batch.iter().map(|target| target.weight / count as f32).collect();
     let weights = Tensor::<2>::from_data(TensorData::new(weights, [count, 1]), &device);
     ((prediction - wanted).square() * weights).sum()
-}
-
-/// Of the components of the values.
-fn root_mean_square(targets: &[Target]) -> f32 {
-    let sum: f64 = targets.iter().map(|target| f64::from(target.value.length_squared())).sum();
-    (sum / (3 * targets.len()).max(1) as f64).sqrt() as f32
 }
 
 #[cfg(test)]
@@ -166,11 +218,12 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_standardises() {
+    fn pools_number_their_pairs_through() {
         let targets = targets();
-        let scale = root_mean_square(&targets);
-        let sum: f32 = targets.iter().map(|target| (target.value / scale).length_squared()).sum();
-        assert!((sum / 12.0 - 1.0).abs() < 1e-5);
-        assert_eq!(root_mean_square(&[]), 0.0);
+        let frames =
+            vec![(5, Arc::new(targets[..1].to_vec())), (9, Arc::new(Vec::new())), (2, Arc::new(targets[1..].to_vec()))];
+        let pool = Pool { starts: vec![0, 1, 1], frames };
+        let expected = [(5, 0), (2, 1), (2, 2), (2, 3)].map(|(frame, index): (u32, usize)| (frame, &targets[index]));
+        assert_eq!([0, 1, 2, 3].map(|item| pool.at(item)), expected);
     }
 }

@@ -3,6 +3,7 @@
 use super::camera::Camera;
 use super::depth;
 use super::{read, read_error};
+use crate::checkpoint::{Fingerprint, Ingredients};
 use crate::ply::PointCloud;
 use crate::scan_file::{ENDINGS, read_scan};
 use crease::numpy::{Archive, ReadError};
@@ -65,6 +66,16 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Of all that training takes from a scan: points, normals, colours, weights, camera.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let Self { index: _, points, normals, colours, weights, camera } = self;
+        let all = Ingredients::new("scan").points(points).bytes(bytemuck::cast_slice(weights));
+        let all = all.points(normals.as_deref().unwrap_or_default());
+        let all = all.bytes(colours.as_deref().unwrap_or_default().as_flattened());
+        // Its shortest exact text: the type has no bytes of its own.
+        all.bytes(format!("{camera:?}").as_bytes()).finish()
+    }
+
     /// Squared cosine between each point's normal and the direction to the camera: how much a picture says about it. 1 without a camera.
     pub fn frontality(&self) -> Vec<f32> {
         let (Some(camera), Some(normals)) = (&self.camera, &self.normals) else { return vec![1.0; self.points.len()] };

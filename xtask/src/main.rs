@@ -14,6 +14,7 @@ mod fuzz;
 mod goldens;
 mod http;
 mod lint;
+mod long_run;
 mod loss;
 mod package;
 mod picture;
@@ -58,6 +59,8 @@ enum Task {
     Bench(bench::Options),
     /// Kill, starve and rob a training run, and compare how it ends
     Faults(faults::Options),
+    /// Train on more frames than memory holds, and say how much it took
+    LongRun(long_run::Options),
     /// Use a page for long and count what it holds
     Soak(element::SoakOptions),
     /// Check licences and sources; write the bill of materials
@@ -128,6 +131,7 @@ fn run(task: Task) -> Result<()> {
         Task::Test => test::run(),
         Task::Bench(options) => bench::run(&options),
         Task::Faults(options) => faults::run(&options),
+        Task::LongRun(options) => long_run::run(&options),
         Task::Soak(options) => {
             let toolchain = setup::everything()?;
             wasm::build(toolchain)?;

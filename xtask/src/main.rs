@@ -21,6 +21,7 @@ mod picture;
 mod pictures;
 mod play;
 mod progress;
+mod reproduce;
 mod samples;
 mod serve;
 mod setup;
@@ -31,6 +32,7 @@ mod stills;
 mod supply;
 mod test;
 mod toolchain;
+mod trainer_archive;
 mod wasm;
 mod webgl2_shaders;
 mod workspace;
@@ -90,8 +92,10 @@ enum Task {
     Demo,
     /// Build the site for adopters and the demo into target/site/, and serve it
     Docs(docs::Options),
-    /// Pack the npm package into target/package/ and tell its sizes
+    /// Pack the npm package and the trainer's archive into target/package/ and tell their sizes
     Package,
+    /// Build the wasm module twice, from clean and in different folders, and compare
+    Reproduce,
     /// Draw the pictures of the demo's shelf and posters into demo/pictures/
     Pictures,
     /// Build the projects of examples/ from the packed npm package and play them in headless Chromium
@@ -139,6 +143,7 @@ fn run(task: Task) -> Result<()> {
             element::soak(&options)
         }
         Task::Supply => supply::run(),
+        Task::Reproduce => reproduce::run(),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Lint => {
             let toolchain = setup::everything()?;

@@ -1,4 +1,4 @@
-//! `package`: the npm package, packed into target/package/ with its checksum; and how large it is.
+//! `package`: the npm package and the trainer's archive, packed into target/package/ with their checksums; and how large they are.
 
 use std::fmt::Write;
 use std::fs;
@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use crate::{command, files, progress, setup, size, wasm, workspace};
+use crate::{command, files, progress, setup, size, trainer_archive, wasm, workspace};
 
 /// Members of web/package.json that are of use in this repository only.
 const OWN_MEMBERS: [&str; 2] = ["scripts", "devDependencies"];
@@ -19,7 +19,11 @@ pub fn run() -> Result<()> {
     wasm::build(toolchain)?;
     wasm::build_element()?;
     let tarball = make()?;
+    let archive = trainer_archive::make(&folder())?;
+    write_checksums(&[&tarball, &archive])?;
     let sizes = serde_json::json!({
+        "trainer": workspace::relative(&archive),
+        "trainer_bytes": fs::metadata(&archive)?.len(),
         "tarball": workspace::relative(&tarball),
         "tarball_bytes": fs::metadata(&tarball)?.len(),
         "unpacked_bytes": files::below(&unpacked())?.iter().map(|file| Ok(fs::metadata(file)?.len())).sum::<Result<u64>>()?,
@@ -38,7 +42,7 @@ fn folder() -> PathBuf {
     workspace::root().join("target/package")
 }
 
-/// Lays the package out, packs it and writes `SHA256SUMS` beside it. The element must have been built. Returns the tarball.
+/// Lays the npm package out and packs it. The element must have been built. Returns the tarball.
 pub fn make() -> Result<PathBuf> {
     wasm::describe_element()?;
     progress::quietly("Packing the npm package", || {
@@ -46,9 +50,7 @@ pub fn make() -> Result<PathBuf> {
         let mut npm = command::program("npm");
         npm.args(["pack", "--silent", "--pack-destination"]).arg(folder()).current_dir(unpacked());
         let name = command::output(&mut npm)?;
-        let tarball = folder().join(name.trim());
-        write_checksum(&tarball)?;
-        Ok(tarball)
+        Ok(folder().join(name.trim()))
     })
 }
 
@@ -81,11 +83,14 @@ fn public_manifest(text: &str) -> Result<String> {
     Ok(serde_json::to_string_pretty(&manifest)? + "\n")
 }
 
-/// A line that `sha256sum --check` reads.
-fn write_checksum(tarball: &Path) -> Result<()> {
-    let bytes = fs::read(tarball).with_context(|| format!("cannot read {}", workspace::relative(tarball)))?;
-    let name = tarball.file_name().context("the tarball has no name")?.to_string_lossy();
-    files::write(&tarball.with_file_name("SHA256SUMS"), &checksum_line(&bytes, &name))
+/// `SHA256SUMS` beside what is published, as `sha256sum --check` reads it.
+fn write_checksums(published: &[&Path]) -> Result<()> {
+    let line = |file: &&Path| {
+        let bytes = fs::read(file).with_context(|| format!("cannot read {}", workspace::relative(file)))?;
+        Ok(checksum_line(&bytes, &file.file_name().context("a path without a name")?.to_string_lossy()))
+    };
+    let lines = published.iter().map(line).collect::<Result<String>>()?;
+    files::write(&folder().join("SHA256SUMS"), &lines)
 }
 
 fn checksum_line(bytes: &[u8], name: &str) -> String {

@@ -36,21 +36,49 @@ pub fn choose() -> Result<Toolchain> {
 impl Toolchain {
     /// Cargo for the wasm target, with SIMD, into a target folder of its own.
     pub fn cargo(self, subcommand: &str) -> Command {
+        self.cargo_in(workspace::root(), &workspace::wasm_target(), subcommand)
+    }
+
+    /// The same for the repository at `root`, into `target`.
+    pub fn cargo_in(self, root: &Path, target: &Path, subcommand: &str) -> Command {
         let mut cargo = match self {
             Toolchain::Active => command::cargo(subcommand),
             Toolchain::Debian => debian_cargo(subcommand),
         };
-        cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", "-C target-feature=+simd128");
-        cargo.args(["--target", TARGET, "--target-dir"]).arg(workspace::wasm_target());
+        let flags = ["-C", "target-feature=+simd128"].map(str::to_owned).into_iter().chain(self.renamed_paths(root));
+        let flags: Vec<String> = flags.collect();
+        // A space in a path must not end a flag.
+        cargo.env_remove("RUSTFLAGS").env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+        cargo.current_dir(root).args(["--target", TARGET, "--target-dir"]).arg(target);
         if self == Toolchain::Debian {
             cargo.arg("-Zbuild-std=std,panic_abort");
         }
         cargo
     }
 
+    /// Flags that keep this machine's folders out of what is built: it would differ elsewhere, and tell where it was made.
+    fn renamed_paths(self, root: &Path) -> Vec<String> {
+        let rustc = |arguments: &[&str]| {
+            let name = if self == Toolchain::Active { "rustc" } else { "/usr/bin/rustc" };
+            command::output(command::program(name).args(arguments)).ok()
+        };
+        let sources = rustc(&["--print", "sysroot"]).map(|root| Path::new(root.trim()).join("lib/rustlib/src/rust"));
+        // As the precompiled standard library calls itself, whether its sources are installed or not.
+        let version = rustc(&["--version", "--verbose"]).unwrap_or_default();
+        let commit = version.lines().find_map(|line| line.strip_prefix("commit-hash: ")).unwrap_or("unknown");
+        let standard_library = format!("/rustc/{commit}");
+        let crates = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+        let crates =
+            crates.or_else(|| Some(std::env::home_dir()?.join(".cargo"))).map(|home| home.join("registry/src"));
+        let renamed = [(Some(root.to_owned()), "crease"), (crates, "crates"), (sources, &standard_library)];
+        let flag =
+            |(path, name): (Option<PathBuf>, &str)| Some(format!("--remap-path-prefix={}={name}", path?.display()));
+        renamed.into_iter().filter_map(flag).collect()
+    }
+
     /// Where a profile's outputs for the wasm target lie.
-    pub fn output_folder(self, profile: &str) -> PathBuf {
-        workspace::wasm_target().join(TARGET).join(profile)
+    pub fn output_folder(self, target: &Path, profile: &str) -> PathBuf {
+        target.join(TARGET).join(profile)
     }
 }
 

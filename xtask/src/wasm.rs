@@ -1,7 +1,7 @@
 //! The web module: cargo, then wasm-bindgen, then wasm-opt; and the element around it.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
@@ -27,17 +27,31 @@ const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=40"];
 
 /// Builds `crease` with its `web` feature into web/pkg/. Does nothing beyond asking cargo when nothing changed.
 pub fn build(toolchain: Toolchain) -> Result<()> {
-    progress::aloud("Compiling the wasm module", || {
-        let mut cargo = toolchain.cargo("rustc");
-        cargo.args(["--package", "crease", "--lib", "--no-default-features", "--features", "web"]);
-        command::run(cargo.args(["--profile", "web", "--"]).args(CODE_GENERATION))
+    let compiled = progress::aloud("Compiling the wasm module", || {
+        compile(toolchain, workspace::root(), &workspace::wasm_target())
     })?;
-    let compiled = toolchain.output_folder("web").join("crease.wasm");
     let package = workspace::web().join("pkg");
     if !is_newer(&package.join(MODULE), &compiled) {
         bind_and_optimise(&compiled, &package)?;
     }
     webgl2_shaders::write(&package)
+}
+
+fn compile(toolchain: Toolchain, root: &Path, target: &Path) -> Result<PathBuf> {
+    let mut cargo = toolchain.cargo_in(root, target, "rustc");
+    cargo.args(["--package", "crease", "--lib", "--no-default-features", "--features", "web"]);
+    command::run(cargo.args(["--profile", "web", "--"]).args(CODE_GENERATION))?;
+    Ok(toolchain.output_folder(target, "web").join("crease.wasm"))
+}
+
+/// The finished module, built from clean by the repository at `root`, whose folder is as good as any.
+pub fn build_apart(toolchain: Toolchain, root: &Path) -> Result<Vec<u8>> {
+    let target = root.join("target/web");
+    let compiled = compile(toolchain, root, &target)?;
+    let folder = target.join("pkg");
+    bind(&compiled, &folder)?;
+    optimise(&folder.join(MODULE))?;
+    fs::read(folder.join(MODULE)).context("cannot read the finished module")
 }
 
 fn bind_and_optimise(compiled: &Path, package: &Path) -> Result<()> {

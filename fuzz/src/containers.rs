@@ -125,8 +125,13 @@ pub fn png(header: &[u8], rows: &[u8]) -> Vec<u8> {
         (a, (b + a) % 65521)
     });
     packed.extend((b << 16 | a).to_be_bytes());
+    packed_png(header, &packed)
+}
+
+/// A PNG of its header's 13 bytes and its rows as zlib packs them.
+pub fn packed_png(header: &[u8], packed: &[u8]) -> Vec<u8> {
     let mut bytes = PNG_SIGNATURE.to_vec();
-    for (kind, content) in [(b"IHDR", header), (b"IDAT", &packed), (b"IEND", &[])] {
+    for (kind, content) in [(b"IHDR", header), (b"IDAT", packed), (b"IEND", &[])] {
         let mut checksum = flate2::Crc::new();
         checksum.update(kind);
         checksum.update(content);

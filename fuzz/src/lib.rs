@@ -5,7 +5,7 @@
 
 pub mod allocation;
 mod animation;
-mod containers;
+pub mod containers;
 pub mod coverage;
 pub mod mutation;
 mod readers;

@@ -7,6 +7,11 @@ use crease::motion::Motion;
 use crease::numpy::Archive;
 use crease_fuzz::TARGETS;
 use crease_fuzz::allocation::{Counted, allowance, peak};
+use crease_fuzz::containers::packed_png;
+use crease_trainer::scan_file::decode_scan;
+use crease_trainer::sequence::{Camera, ImageFile, decode_frame};
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
 use std::io::{Cursor, Write};
 use std::sync::{Mutex, PoisonError};
 use zip::write::SimpleFileOptions;
@@ -117,6 +122,54 @@ fn pickles_of_nothing_but_opcodes_stay_small() {
     // A sparse matrix of zeros, and an array that many names share.
     let dense = b"\x80\x02}U\x01acscipy.sparse.csr\ncsr_matrix\n)\x81}U\x06_shapeM\xff\xffK\x7f\x86sbs.";
     bounded(dense, || Archive::open(dense, "sparse").unwrap().required("a").map(drop)).unwrap_err();
+}
+
+#[test]
+fn large_scans_stay_within_the_bound_or_are_refused() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    const BYTES: usize = 24 << 20;
+    let file = |header: String, line: &[u8]| [header.as_bytes(), &line.repeat(BYTES / line.len())].concat();
+    let ply = |kind: &str, properties: &str, line: &[u8]| {
+        let count = BYTES / line.len();
+        file(format!("ply\nformat {kind} 1.0\nelement vertex {count}\n{properties}end_header\n"), line)
+    };
+    let xyz = |kind: &str| ["x", "y", "z"].map(|axis| format!("property {kind} {axis}\n")).concat();
+    let files = [
+        ("ply", ply("ascii", &xyz("float"), b"1 0 0\n")),
+        ("ply", ply("binary_little_endian", &xyz("char"), &[1; 3])),
+        ("ply", ply("binary_big_endian", &xyz("double"), &[0; 24])),
+        ("ply", ply("binary_little_endian", &(xyz("char") + "property list uchar uchar more\n"), &[1, 1, 1, 0])),
+        ("obj", file(String::new(), b"v 1 0 0\n")),
+        ("obj", file("v 0 0 0\nv 1 0 0\nv 0 1 0\n".into(), b"f 1 2 3\n")),
+        ("obj", file("v 0 0 0\nv 1 0 0\nv 0 1 0\n".into(), b"f 1 2 3 1 2 3 1 2 3\n")),
+        ("obj", file("v 0 0 0\n".into(), b"\n")),
+    ];
+    for (ending, bytes) in &files {
+        match bounded(bytes, || decode_scan(bytes, ending, "large")) {
+            Ok(cloud) => assert!(!cloud.points.is_empty()),
+            Err(error) => assert!(error.expected.contains("bytes in memory"), "{ending}: {error}"),
+        }
+    }
+    // And what such a limit is for is not refused: a scan of half a million points.
+    let usual = ply("binary_little_endian", &xyz("float"), &[0; 12]);
+    assert_eq!(bounded(&usual, || decode_scan(&usual, "ply", "usual")).unwrap().points.len(), BYTES / 12);
+}
+
+#[test]
+fn pictures_unfold_no_further_than_their_files_allow() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    const SIZE: u32 = 12_000;
+    let camera = format!(r#"{{"width": {SIZE}, "height": {SIZE}, "fx": 100, "fy": 100, "cx": 50, "cy": 50}}"#);
+    let camera = Camera::decode(camera.as_bytes(), "camera.json").unwrap();
+    let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
+    let row = vec![0; 1 + 2 * SIZE as usize];
+    (0..SIZE).for_each(|_| packed.write_all(&row).unwrap());
+    let size = SIZE.to_be_bytes();
+    let picture = packed_png(&[&size[..], &size, &[16, 0, 0, 0, 0]].concat(), &packed.finish().unwrap());
+    assert!(picture.len() < 1 << 20, "{} bytes", picture.len());
+    let image = ImageFile { name: "bomb.png", bytes: &picture };
+    let error = bounded(&picture, || decode_frame(&camera, 0, image, None, MemoryLimit::default())).unwrap_err();
+    assert!(error.expected.contains("bytes in memory"), "{error}");
 }
 
 #[test]

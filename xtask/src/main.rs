@@ -93,7 +93,7 @@ enum Task {
     /// Build the site for adopters and the demo into target/site/, and serve it
     Docs(docs::Options),
     /// Pack the npm package and the trainer's archive into target/package/ and tell their sizes
-    Package,
+    Package(package::Options),
     /// Build the wasm module twice, from clean and in different folders, and compare
     Reproduce,
     /// Draw the pictures of the demo's shelf and posters into demo/pictures/
@@ -161,7 +161,7 @@ fn run(task: Task) -> Result<()> {
         }
         Task::Pictures => pictures::run(),
         Task::Samples => samples::run(),
-        Task::Package => package::run(),
+        Task::Package(options) => package::run(&options),
         Task::ElementTests { only } => {
             let toolchain = setup::everything()?;
             wasm::build(toolchain)?;

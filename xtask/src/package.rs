@@ -13,23 +13,44 @@ use crate::{command, files, progress, setup, size, trainer_archive, wasm, worksp
 /// Members of web/package.json that are of use in this repository only.
 const OWN_MEMBERS: [&str; 2] = ["scripts", "devDependencies"];
 
-/// Builds what is out of date, packs it and tells the sizes.
-pub fn run() -> Result<()> {
-    let toolchain = setup::for_building()?;
-    wasm::build(toolchain)?;
-    wasm::build_element()?;
-    let tarball = make()?;
-    let archive = trainer_archive::make(&folder())?;
-    write_checksums(&[&tarball, &archive])?;
-    let sizes = serde_json::json!({
-        "trainer": workspace::relative(&archive),
-        "trainer_bytes": fs::metadata(&archive)?.len(),
-        "tarball": workspace::relative(&tarball),
-        "tarball_bytes": fs::metadata(&tarball)?.len(),
-        "unpacked_bytes": files::below(&unpacked())?.iter().map(|file| Ok(fs::metadata(file)?.len())).sum::<Result<u64>>()?,
-        "runtime_gzip_bytes": size::runtime_gzip_bytes()?,
-    });
-    println!("{sizes}");
+/// What is published.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum What {
+    /// The npm package
+    Npm,
+    /// The trainer for this machine; its build takes long
+    Trainer,
+}
+
+/// What to pack.
+#[derive(clap::Args)]
+pub struct Options {
+    /// One of the two alone
+    #[arg(long, value_enum)]
+    only: Option<What>,
+}
+
+/// Builds what is out of date, packs it, writes `SHA256SUMS` and tells the sizes.
+pub fn run(options: &Options) -> Result<()> {
+    let is_wanted = |what| options.only.is_none_or(|only| only == what);
+    let (mut published, mut told) = (Vec::new(), serde_json::Map::new());
+    if is_wanted(What::Npm) {
+        let toolchain = setup::for_building()?;
+        wasm::build(toolchain)?;
+        wasm::build_element()?;
+        published.push(make()?);
+        let lengths = files::below(&unpacked())?.into_iter().map(|file| Ok(fs::metadata(file)?.len()));
+        told.insert("unpacked_bytes".into(), lengths.sum::<Result<u64>>()?.into());
+        told.insert("runtime_gzip_bytes".into(), size::runtime_gzip_bytes()?.into());
+    }
+    if is_wanted(What::Trainer) {
+        published.push(trainer_archive::make(&folder())?);
+    }
+    for file in &published {
+        told.insert(workspace::relative(file), fs::metadata(file)?.len().into());
+    }
+    write_checksums(&published)?;
+    println!("{}", Value::Object(told));
     Ok(())
 }
 
@@ -84,8 +105,8 @@ fn public_manifest(text: &str) -> Result<String> {
 }
 
 /// `SHA256SUMS` beside what is published, as `sha256sum --check` reads it.
-fn write_checksums(published: &[&Path]) -> Result<()> {
-    let line = |file: &&Path| {
+fn write_checksums(published: &[PathBuf]) -> Result<()> {
+    let line = |file: &PathBuf| {
         let bytes = fs::read(file).with_context(|| format!("cannot read {}", workspace::relative(file)))?;
         Ok(checksum_line(&bytes, &file.file_name().context("a path without a name")?.to_string_lossy()))
     };

@@ -40,7 +40,9 @@ pub fn build(toolchain: Toolchain) -> Result<()> {
 fn compile(toolchain: Toolchain, root: &Path, target: &Path) -> Result<PathBuf> {
     let mut cargo = toolchain.cargo_in(root, target, "rustc");
     cargo.args(["--package", "crease", "--lib", "--no-default-features", "--features", "web"]);
-    command::run(cargo.args(["--profile", "web", "--"]).args(CODE_GENERATION))?;
+    // Asked for here alone: Cargo gives a library of two kinds one name, whoever builds it, and builds would take each other's.
+    cargo.args(["--crate-type", "cdylib", "--profile", "web", "--"]);
+    command::run(cargo.args(CODE_GENERATION))?;
     Ok(toolchain.output_folder(target, "web").join("crease.wasm"))
 }
 

@@ -33,6 +33,10 @@ enum Command {
     Ablate(command::ablate::Arguments),
     /// Turn an avatar's perceptrons into tables
     Compact(command::compact::Arguments),
+    /// Give an avatar the wrinkles of another
+    Transfer(command::transfer::DetailArguments),
+    /// Give an avatar the texture of another
+    Texture(command::transfer::TextureArguments),
     /// Say what is inside an avatar
     Inspect(command::inspect::Arguments),
     /// Train the demo avatar again, from a copy of its sequence
@@ -50,6 +54,8 @@ fn main() -> ExitCode {
         Command::Animate(arguments) => command::animate::run(&arguments),
         Command::Ablate(arguments) => command::ablate::run(&arguments),
         Command::Compact(arguments) => command::compact::run(&arguments),
+        Command::Transfer(arguments) => command::transfer::detail(&arguments),
+        Command::Texture(arguments) => command::transfer::texture(&arguments),
         Command::Inspect(arguments) => command::inspect::run(&arguments),
         Command::Demo(arguments) => command::demo::run(&arguments),
     };

@@ -11,6 +11,7 @@ pub mod import;
 pub mod inspect;
 pub mod register;
 pub mod train;
+pub mod transfer;
 
 use anyhow::Context;
 use crease::avatar::Avatar;

@@ -44,6 +44,8 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    // Whoever reads what is printed may have seen enough, as `head` has: that is no fault.
+    sigpipe::reset();
     let result = match Arguments::parse().command {
         Command::Check(arguments) => command::check::run(&arguments),
         Command::Import(arguments) => command::import::run(&arguments),

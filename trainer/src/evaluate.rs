@@ -27,6 +27,18 @@ pub struct Measures {
     pub nc: f64,
 }
 
+impl Measures {
+    /// Over frames.
+    fn mean(all: &[Self]) -> Self {
+        let mean = |value: fn(&Self) -> f64| all.iter().map(value).sum::<f64>() / all.len().max(1) as f64;
+        Self {
+            scan_to_mesh_cm: mean(|measures| measures.scan_to_mesh_cm),
+            mesh_to_scan_cm: mean(|measures| measures.mesh_to_scan_cm),
+            nc: mean(|measures| measures.nc),
+        }
+    }
+}
+
 /// Measures of the three stages of an avatar over several frames.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Evaluation {
@@ -94,26 +106,31 @@ pub fn evaluate(
 ) -> anyhow::Result<Evaluation> {
     let mut animator = Animator::new(avatar)?;
     let triangles = animator.triangles().to_vec();
-    let mut sums = [Measures::default(); 3];
+    let mut of_stages = [Vec::new(), Vec::new(), Vec::new()];
     for &frame in frames {
         let ground_truth = sequence.capture.ground_truth(frame)?;
-        for (sum, stage) in sums.iter_mut().zip([Stage::Body, Stage::Base, Stage::Detailed]) {
+        for (of_stage, stage) in of_stages.iter_mut().zip([Stage::Body, Stage::Base, Stage::Detailed]) {
             let options = Options { stage, ..Options::default() };
             let positions = animator.animate(&sequence.poses[frame], &options);
-            let measures = measure(positions, &triangles, &ground_truth)?;
-            sum.scan_to_mesh_cm += measures.scan_to_mesh_cm;
-            sum.mesh_to_scan_cm += measures.mesh_to_scan_cm;
-            sum.nc += measures.nc;
+            of_stage.push(measure(positions, &triangles, &ground_truth)?);
         }
         each_frame();
     }
-    let count = frames.len().max(1) as f64;
-    let [body, base, detailed] = sums.map(|sum| Measures {
-        scan_to_mesh_cm: sum.scan_to_mesh_cm / count,
-        mesh_to_scan_cm: sum.mesh_to_scan_cm / count,
-        nc: sum.nc / count,
-    });
+    let [body, base, detailed] = of_stages.map(|of_stage| Measures::mean(&of_stage));
     Ok(Evaluation { frames: frames.len(), body, base, detailed })
+}
+
+/// Measures the meshes (metres, outward `triangles`) that `surface` gives for `frames` of `sequence`.
+///
+/// Fails where a frame has no ground truth.
+pub fn evaluate_meshes(
+    sequence: &Sequence,
+    frames: &[usize],
+    triangles: &[Triangle],
+    surface: impl Fn(usize) -> Vec<Vec3A>,
+) -> anyhow::Result<Measures> {
+    let measure = |&frame: &usize| measure(&surface(frame), triangles, &sequence.capture.ground_truth(frame)?);
+    Ok(Measures::mean(&frames.iter().map(measure).collect::<anyhow::Result<Vec<_>>>()?))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use common::{Directory, FRAME_COUNT, write_sequence};
 use crease::animate::{Options, Stage, animate};
 use crease::avatar::Avatar;
 use crease::network::SurfaceFunction;
-use crease_trainer::ablation::{compact_against_plain, table};
+use crease_trainer::ablation::{compact_against_plain, compact_table, fidelity};
 use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::evaluate::evaluate;
 use crease_trainer::options::{FunctionForm, LaplacianTarget, NetworkOptions, TrainOptions};
@@ -118,8 +118,46 @@ fn more_basis_functions_cost_bytes_and_networks_cost_most() {
     assert!(plain.base.scan_to_mesh_cm < 0.4 * plain.body.scan_to_mesh_cm, "networks learn the fits: {plain:?}");
     assert!(plain.detailed.scan_to_mesh_cm < 3.0 * two.detailed.scan_to_mesh_cm, "{plain:?} {two:?}");
     assert!(rows[3].evaluation.is_none());
-    let text = table(&rows);
+    let text = compact_table(&rows);
     assert!(text.lines().count() == 6 && text.contains("plain 5 × 600, 3 × 800"), "{text}");
+}
+
+#[test]
+fn every_part_of_the_method_has_its_line() {
+    let directory = Directory::new("fidelity");
+    let small = |mut options: TrainOptions| {
+        options.anchor_count = 200;
+        options.texture_size = 64;
+        options.frequency_count = 4;
+        options.laplacian.points_a_step = 1_000;
+        for network in [&mut options.deformation.network, &mut options.laplacian.network] {
+            *network = NetworkOptions { layer_count: 3, width: 16, learning_rate: 5e-3, epoch_count: 8 };
+        }
+        options
+    };
+    let context = context(&directory, small(TrainOptions::compact()));
+    let paper = TrainContext::new(
+        context.body.clone(),
+        context.sequences.clone(),
+        context.samples.clone(),
+        small(TrainOptions::paper()),
+        Progress::Silent,
+    );
+    let rows = fidelity(&context, Some(&paper.unwrap()), &[1, 3], |_| ()).unwrap();
+    let named = |name: &str| rows.iter().find(|row| row.name == name).unwrap().measures;
+    let (body, base) = (named("body"), named("base"));
+    let [displaced, compact] = ["displacement in place of f_l", "detailed, compact"].map(named);
+    assert!(base.scan_to_mesh_cm < 0.4 * body.scan_to_mesh_cm, "{rows:?}");
+    for detailed in [displaced, compact] {
+        assert!(detailed.scan_to_mesh_cm < 1.1 * base.scan_to_mesh_cm && detailed.nc > base.nc - 0.01, "{rows:?}");
+    }
+    // Two ways to say the same fits, of which one goes through the solver.
+    assert_ne!(displaced, compact);
+    assert!((displaced.nc - compact.nc).abs() < 0.02, "{rows:?}");
+    for name in ["base, plain", "detailed, plain", "base, the paper's form", "detailed, the paper's form"] {
+        assert!(named(name).nc.is_finite());
+    }
+    assert_eq!(rows.len(), 8);
 }
 
 #[test]

@@ -76,7 +76,7 @@ pub enum Preset {
 }
 
 impl Preset {
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Compact => "compact",
             Self::Paper => "paper",

@@ -7,7 +7,7 @@ use super::frame_fit::PreparedScan;
 use super::least_squares::conjugate_gradients;
 use super::regions::weighted_regions;
 use super::surface_fit::{FitOptions, coverage, fit_surface, refine_to_finest, restrict_from_finest};
-use super::two_scales::regress_on_two_scales;
+use super::two_scales::{BranchOptions, regress_on_two_scales};
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
 use crate::targets::{base_surface, offsets, operator_laplacian};
@@ -63,19 +63,23 @@ impl CompactLaplacian {
 
     /// f_l from the δ that [`Self::fit`] gives.
     pub fn regress(&self, context: &TrainContext, targets: &[Vec<Vec3A>]) -> Compact {
-        let options = &context.options.compact;
-        let level = options.laplacian_level as usize;
-        let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
-        let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
-        // A region's border is as wide in metres on any level.
-        let blend_steps = options.laplacian.blend_steps << (2 * level);
-        let regions = weighted_regions(&context.domains[level].masks, &adjacency, blend_steps);
-        regress_on_two_scales(level, &regions, &adjacency, &poses, targets, &options.laplacian)
+        regress_on_tables(context, targets, &context.options.compact.laplacian)
     }
 }
 
+/// A function on the level of f_l's tables from its values in every training frame.
+pub(super) fn regress_on_tables(context: &TrainContext, targets: &[Vec<Vec3A>], options: &BranchOptions) -> Compact {
+    let level = context.options.compact.laplacian_level as usize;
+    let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
+    let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
+    // A region's border is as wide in metres on any level.
+    let blend_steps = options.blend_steps << (2 * level);
+    let regions = weighted_regions(&context.domains[level].masks, &adjacency, blend_steps);
+    regress_on_two_scales(level, &regions, &adjacency, &poses, targets, options)
+}
+
 /// A field for every training frame, in parallel.
-fn each_sample(
+pub(super) fn each_sample(
     context: &TrainContext,
     title: &str,
     field: impl Fn(usize) -> anyhow::Result<View> + Sync,
@@ -90,7 +94,7 @@ fn each_sample(
 }
 
 /// δ of all frames, what one did not see taken from those that did.
-fn fused(context: &TrainContext, views: Vec<View>) -> Vec<Vec<Vec3A>> {
+pub(super) fn fused(context: &TrainContext, views: Vec<View>) -> Vec<Vec<Vec3A>> {
     let level = context.options.compact.laplacian_level as usize;
     let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
     fuse(views, &adjacency)

@@ -1,6 +1,7 @@
 //! Training in compact form: fits to every scan, closed-form regression on the pose, tables.
 
 mod deformation;
+mod displacement;
 mod distil;
 mod frame_fit;
 mod laplacian;
@@ -12,6 +13,7 @@ mod two_scales;
 mod views;
 
 pub use deformation::CompactDeformation;
+pub use displacement::CompactDisplacement;
 pub use distil::{Difference, difference, distil};
 pub use laplacian::CompactLaplacian;
 pub use regression::RegressionOptions;

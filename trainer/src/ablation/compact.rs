@@ -1,9 +1,10 @@
 //! What the number of basis functions buys and costs, and plain networks beside it.
 
+use super::measured_avatar;
 use crate::appearance::bake;
 use crate::compact::{CompactDeformation, CompactLaplacian};
 use crate::context::TrainContext;
-use crate::evaluate::{Evaluation, Measures, evaluate};
+use crate::evaluate::{Evaluation, Measures};
 use crate::options::TrainOptions;
 use crate::plain::{FittedDeformation, FittedLaplacian};
 use crate::sequence::Sequence;
@@ -16,7 +17,6 @@ use crease::mesh::Subdivision;
 use crease::network::{Domain, Layer, Mlp, Scratch, SurfaceFunction};
 use glam::Vec3A;
 use rand::{RngExt, SeedableRng};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// One line of the comparison.
@@ -52,15 +52,8 @@ pub fn compact_against_plain(
         rows.push(row);
     };
     let measured = |form: String, basis_count: Option<usize>, avatar: Avatar| -> anyhow::Result<Row> {
-        let bytes = avatar.write();
-        let avatar = Avatar::read(&bytes, &facts.name)?;
-        Ok(Row {
-            form,
-            basis_count,
-            bytes: bytes.len(),
-            frame_ms: frame_ms(&avatar, &pose),
-            evaluation: Some(evaluate(Arc::new(avatar), sequence, frames, || ())?),
-        })
+        let (bytes, evaluation) = measured_avatar(&avatar, sequence, frames)?;
+        Ok(Row { form, basis_count, bytes, frame_ms: frame_ms(&avatar, &pose), evaluation: Some(evaluation) })
     };
 
     let largest = *basis_counts.iter().max().context("counts: expected at least one, found none")?;

@@ -1,0 +1,66 @@
+//! One option of training at several values.
+
+use super::measured_avatar;
+use crate::config::RunConfig;
+use crate::evaluate::{Evaluation, Measures};
+use crate::frames::FrameRange;
+use crate::progress::Progress;
+use crate::train::{Facts, train};
+use std::time::Instant;
+
+/// Training with one value.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Row {
+    /// The option's value, as it was given.
+    pub value: String,
+    /// The whole file.
+    pub bytes: usize,
+    /// Of training, all stages.
+    pub seconds: f64,
+    /// How close it came.
+    pub evaluation: Evaluation,
+}
+
+/// Trains as `config` says but for the option `key`, which takes each of `values`, and measures on `frames` of the first sequence. Each row
+/// is given to `each_row` as it is done.
+pub fn option(
+    config: &RunConfig,
+    key: &str,
+    values: &[String],
+    frames: FrameRange,
+    mut each_row: impl FnMut(&Row),
+) -> anyhow::Result<Vec<Row>> {
+    // All of them are looked at before any of them takes its time.
+    let all = values.iter().map(|value| Ok((value, config.options.with(&format!("{key}={value}"))?)));
+    let mut rows = Vec::new();
+    for (value, options) in all.collect::<anyhow::Result<Vec<_>>>()? {
+        let begin = Instant::now();
+        let context = RunConfig { options, ..config.clone() }.prepare(Progress::Bars)?;
+        let sequence = &context.sequences[0];
+        let facts = Facts { name: sequence.capture.name.clone(), preset: config.preset.clone(), ..Facts::default() };
+        let avatar = train(&context, &facts)?;
+        let seconds = begin.elapsed().as_secs_f64();
+        let frames = frames.indices(sequence.capture.frame_count)?;
+        let (bytes, evaluation) = measured_avatar(&avatar, sequence, &frames)?;
+        let row = Row { value: value.clone(), bytes, seconds, evaluation };
+        each_row(&row);
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// The rows as a table for people, in Markdown.
+pub fn table(key: &str, rows: &[Row]) -> String {
+    let head =
+        format!("| {key} | MB | seconds | base, cm / cm / NC | detailed, cm / cm / NC |\n|---|---|---|---|---|\n");
+    rows.iter().map(Row::line).fold(head, |text, line| text + &line)
+}
+
+impl Row {
+    /// The row's line of [`table`].
+    pub fn line(&self) -> String {
+        let measures = |m: Measures| format!("{:.3} / {:.3} / {:.4}", m.scan_to_mesh_cm, m.mesh_to_scan_cm, m.nc);
+        let [base, detailed] = [self.evaluation.base, self.evaluation.detailed].map(measures);
+        format!("| {} | {:.2} | {:.0} | {base} | {detailed} |\n", self.value, self.bytes as f64 / 1e6, self.seconds)
+    }
+}

@@ -29,7 +29,7 @@ const FAILING: &str = "./failing.mjs";
 /// Runs the cases whose names contain `only`. The element must have been built.
 pub fn run(only: Option<&str>) -> Result<()> {
     progress::aloud("the element's behaviour", || {
-        command::run(cases(&FILES, only)?.stdout(Stdio::inherit()))?;
+        command::run(cases(&FILES, only, &[])?.stdout(Stdio::inherit()))?;
         if only.is_none() { require_failures() } else { Ok(()) }
     })
 }
@@ -57,13 +57,13 @@ pub struct SoakOptions {
 /// Uses a page for long and prints what it holds, line by line. The element must have been built.
 pub fn soak(options: &SoakOptions) -> Result<()> {
     let plan = serde_json::to_string(options).context("cannot write the plan")?;
-    let mut node = cases(&[SOAK], None)?;
+    let mut node = cases(&[SOAK], None, &["--js-flags=--expose-gc"])?;
     command::run(node.env("CREASE_SOAK", plan).stdout(Stdio::inherit()))
 }
 
 /// Each of the cases that do not hold must fail, by name.
 fn require_failures() -> Result<()> {
-    let output = cases(&[FAILING], None)?.stdout(Stdio::piped()).output().context("cannot run node")?;
+    let output = cases(&[FAILING], None, &[])?.stdout(Stdio::piped()).output().context("cannot run node")?;
     let told = String::from_utf8_lossy(&output.stdout);
     ensure!(!output.status.success(), "cases that do not hold count as passed:\n{told}");
     let failed = told.lines().filter(|line| line.starts_with("FAILED")).count();
@@ -73,8 +73,9 @@ fn require_failures() -> Result<()> {
     Ok(())
 }
 
-fn cases(files: &[&str], only: Option<&str>) -> Result<Command> {
-    let order = Browser::Chromium.order(json!({ "files": files, "only": only }))?;
+/// Runs the cases of `files`, in a browser with `more` flags than the usual ones.
+fn cases(files: &[&str], only: Option<&str>, more: &[&str]) -> Result<Command> {
+    let order = Browser::Chromium.order(json!({ "files": files, "only": only, "more": more }))?;
     let mut node = command::program("node");
     node.arg(workspace::web().join(Path::new("tests/browser/run.mjs"))).arg(order.to_string());
     Ok(node)

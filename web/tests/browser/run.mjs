@@ -1,8 +1,8 @@
 /**
  * Runs the cases of the element in one headless Chromium, for `cargo xtask test`.
  *
- * The first argument is a JSON object: { chromium, flags, files, only }. `files` are modules whose default export is a list of cases, and `only`
- * is a part of the names of those that shall run, or null. Prints a line for each case, and ends with 1 if one has failed or none has run.
+ * The first argument is a JSON object: { chromium, flags, more, files, only }. `more` are flags beside the usual ones, `files` modules whose default
+ * export is a list of cases, and `only` is a part of the names of those that shall run, or null. Prints a line for each case, and ends with 1 if one has failed or none has run.
  *
  * A case is { name, run, allows, limit }: `run` gets the tools below and throws where something does not hold, or after `limit` milliseconds;
  * `allows` are patterns of what a
@@ -20,7 +20,7 @@ const LIMIT_MILLISECONDS = 300_000;
 
 const order = JSON.parse(process.argv[2] ?? "null");
 const server = await startServer();
-const browser = await chromium.launch({ executablePath: order.chromium, args: order.flags });
+const browser = await chromium.launch({ executablePath: order.chromium, args: [...order.flags, ...order.more] });
 let failures = 0;
 let count = 0;
 try {

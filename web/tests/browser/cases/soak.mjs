@@ -18,46 +18,89 @@ const plan = {
 };
 
 /** Growth that is noise: collectors and allocators keep something back. */
-const NOISE = { heap: 4 << 20, wasm: 4 << 20, nodes: 50, listeners: 20, workers: 0, buffers: 8 };
+const NOISE = { heap: 4 << 20, wasm: 4 << 20, nodes: 50, listeners: 20, workers: 0, buffers: 8, bufferBytes: 1 << 20 };
 
-/** Counts the worker's GPU buffers from now on: those made less those destroyed. */
+/** Milliseconds that one load or one seek may take before it counts as never done: the machine may be slow, and 16 avatars draw meanwhile. */
+const PATIENCE = 60_000;
+
+/** What `promise` resolves with, or an error that says what was waited for. */
+function within(milliseconds, what, promise) {
+  let timer;
+  const late = new Promise((_, reject) => {
+    timer = setTimeout(() => reject(new Error(`${what}: not done after ${milliseconds} ms`)), milliseconds);
+  });
+  return Promise.race([promise, late]).finally(() => clearTimeout(timer));
+}
+
+/** Counts the worker's GPU buffers from now on: those made less those destroyed or collected, and their bytes. */
 function countBuffers(worker) {
   return worker.evaluate(() => {
-    if (typeof GPUDevice !== "function" || globalThis.buffers !== undefined) return;
-    globalThis.buffers = 0;
+    if (typeof GPUDevice !== "function" || globalThis.held) return;
+    const held = { buffers: 0, bytes: 0 };
+    globalThis.held = held;
+    // Bytes of the buffers that are neither destroyed nor collected, by a token that outlives them.
+    const living = new Map();
+    const tokens = new WeakMap();
+    const forget = (token) => {
+      if (!living.has(token)) return;
+      held.buffers -= 1;
+      held.bytes -= living.get(token);
+      living.delete(token);
+    };
+    const registry = new FinalizationRegistry(forget);
     const create = GPUDevice.prototype.createBuffer;
     GPUDevice.prototype.createBuffer = function (...rest) {
-      globalThis.buffers += 1;
-      return create.apply(this, rest);
+      const buffer = create.apply(this, rest);
+      const token = Symbol("buffer");
+      tokens.set(buffer, token);
+      living.set(token, buffer.size);
+      held.buffers += 1;
+      held.bytes += buffer.size;
+      registry.register(buffer, token);
+      return buffer;
     };
     const destroy = GPUBuffer.prototype.destroy;
-    GPUBuffer.prototype.destroy = function (...rest) {
-      globalThis.buffers -= 1;
-      return destroy.apply(this, rest);
+    GPUBuffer.prototype.destroy = function () {
+      forget(tokens.get(this));
+      destroy.call(this);
     };
   });
 }
 
+/** What page and worker hold after their garbage is collected. Runs with V8's `--expose-gc`, as no protocol reaches a worker's collector. */
 async function measure({ page }, session) {
   await session.send("HeapProfiler.collectGarbage");
   const { usedSize } = await session.send("Runtime.getHeapUsage");
   const { nodes, jsEventListeners } = await session.send("Memory.getDOMCounters");
   const workers = page.workers();
   const inside = await workers[0].evaluate(async () => {
+    const uncollected = globalThis.held?.bytes ?? 0;
+    // Finalisers run in a task of their own.
+    for (let i = 0; i < 3; i += 1) {
+      globalThis.gc?.();
+      await new Promise((resolve) => setTimeout(resolve, 100));
+    }
     const { default: initialise } = await import("/web/pkg/crease.js");
     const { memory } = await initialise();
-    return { wasm: memory.buffer.byteLength, buffers: globalThis.buffers ?? 0 };
+    const { buffers, bytes } = globalThis.held ?? { buffers: 0, bytes: 0 };
+    return { wasm: memory.buffer.byteLength, buffers, bufferBytes: bytes, uncollected };
   });
   return { heap: usedSize, nodes, listeners: jsEventListeners, workers: workers.length, ...inside };
 }
 
-/** Runs in the page: `count` times what `action` names. */
-function use(action, count) {
+/** Runs in the page: what `action` names, for each number from `first` to `last`. Each has its limit, and says what it found when it is over. */
+function use(action, first, last) {
   return `(async () => {
     const avatars = [...document.querySelectorAll("crease-avatar")];
-    for (let i = 0; i < ${count}; i += 1) {
+    const within = ${within};
+    for (let i = ${first}; i < ${last}; i += 1) {
       const avatar = avatars[i % avatars.length];
-      await (${action})(avatar, i);
+      try {
+        await within(${PATIENCE}, "number " + i, (${action})(avatar, i));
+      } catch (error) {
+        const { src, loaded, seeking, currentTime, paused, statistics: { frames } } = avatar;
+        throw new Error(error.message + ": " + JSON.stringify({ src, loaded, seeking, currentTime, paused, frames }));
+      }
     }
   })()`;
 }
@@ -69,19 +112,24 @@ const ACTIONS = {
     await sought;
   },
   swaps: async (avatar, i) => {
-    const loaded = next(avatar, "load");
-    avatar.src = i % 2 === 0 ? PLAIN : TINY;
-    // Every fifth is overtaken by another address: its promise must not be dropped.
+    // The address that it has already would load nothing.
+    const others = avatar.src === TINY ? [PLAIN, TINY] : [TINY, PLAIN];
+    avatar.src = others[0];
+    // It opens once the page's own code is done.
+    await sleep(0);
+    const first = avatar.ready;
+    // Every fifth is overtaken by another address: whoever waits for the first must hear of the second.
     if (i % 5 === 0) {
-      const overtaken = avatar.ready.catch(() => null);
-      avatar.src = i % 2 === 0 ? TINY : PLAIN;
-      await overtaken;
+      avatar.src = others[1];
+      await sleep(0);
     }
-    await loaded;
+    await first;
+    await avatar.ready;
   },
   cycles: async () => {
     const avatar = make({ style: "inline-size: 80px; block-size: 80px; float: left", autoplay: true });
     document.body.append(avatar);
+    avatar.scrollIntoView();
     await avatar.ready;
     avatar.remove();
   },
@@ -93,32 +141,53 @@ export default [
     limit: 3_600_000,
     run: async (tools) => {
       const { open, page, context } = tools;
+      const began = performance.now();
+      const say = (what) => console.log(`${((performance.now() - began) / 1000).toFixed(0)} s: ${what}`);
+      say(`opening ${plan.avatars} avatars`);
       await open();
       const session = await context.newCDPSession(page);
-      await page.evaluate(async (count) => {
-        const avatars = Array.from({ length: count }, () =>
-          make({ style: "inline-size: 80px; block-size: 80px; float: left", autoplay: true, loop: true }),
+      // The first one starts the worker, so that all buffers of the others can be counted.
+      for (const count of [1, plan.avatars - 1]) {
+        const opened = page.evaluate(async (wanted) => {
+          const avatars = Array.from({ length: wanted }, () =>
+            make({ style: "inline-size: 80px; block-size: 80px; float: left", autoplay: true, loop: true }),
+          );
+          document.body.append(...avatars);
+          await Promise.all(avatars.map((avatar) => avatar.ready));
+        }, count);
+        await within(plan.avatars * PATIENCE, "the first pictures", opened);
+        await countBuffers(page.workers()[0]);
+      }
+      const act = async (name, first, last) => {
+        say(`${name} ${first} to ${last}`);
+        const most = (last - first + 1) * PATIENCE;
+        await within(most, `${name} ${first} to ${last}`, page.evaluate(use(ACTIONS[name], first, last))).catch(
+          (error) => {
+            throw new Error(`${name}: ${error.message}`);
+          },
         );
-        document.body.append(...avatars);
-        await Promise.all(avatars.map((avatar) => avatar.ready));
-      }, plan.avatars);
-      await countBuffers(page.workers()[0]);
-      // The warm-up: a little of everything.
-      for (const action of Object.values(ACTIONS)) await page.evaluate(use(action, plan.avatars));
+      };
+      // The warm-up: a little of everything, and every avatar exchanged.
+      for (const name of Object.keys(ACTIONS)) await act(name, 0, plan.avatars);
       const told = [];
       const tell = async (stage) => {
-        const counts = await measure(tools, session);
+        const counts = await within(PATIENCE, "counting", measure(tools, session));
         told.push({ stage, ...counts });
         console.log(JSON.stringify(told.at(-1)));
       };
       await tell("warm");
-      const began = performance.now();
-      for (const [name, action] of Object.entries(ACTIONS)) {
-        for (let part = 0; part < 4; part += 1) await page.evaluate(use(action, Math.ceil(plan[name] / 4)));
-        await tell(name);
+      for (const name of Object.keys(ACTIONS)) {
+        const part = Math.ceil(plan[name] / 4);
+        for (let first = 0; first < plan[name]; first += part) {
+          await act(name, first, Math.min(first + part, plan[name]));
+          await tell(name);
+        }
       }
-      while (performance.now() - began < 60_000 * plan.minutes) {
-        await page.waitForTimeout(15_000);
+      const enough = 60_000 * plan.minutes;
+      while (performance.now() - began < enough) {
+        const left = enough - (performance.now() - began);
+        say("playing");
+        await page.waitForTimeout(Math.min(left, 15_000));
         await tell("playing");
       }
       const frames = await page.evaluate(() =>

@@ -3,6 +3,7 @@
 mod accessibility;
 mod bench;
 mod browser;
+mod build_name;
 mod check;
 mod command;
 mod demo;

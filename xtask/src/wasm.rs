@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use crate::toolchain::Toolchain;
-use crate::{command, progress, webgl2_shaders, workspace};
+use crate::{build_name, command, progress, webgl2_shaders, workspace};
 
 const MODULE: &str = "crease_bg.wasm";
 
@@ -34,7 +34,8 @@ pub fn build(toolchain: Toolchain) -> Result<()> {
     if !is_newer(&package.join(MODULE), &compiled) {
         bind_and_optimise(&compiled, &package)?;
     }
-    webgl2_shaders::write(&package)
+    webgl2_shaders::write(&package)?;
+    build_name::write(&package, MODULE)
 }
 
 fn compile(toolchain: Toolchain, root: &Path, target: &Path) -> Result<PathBuf> {

@@ -35,10 +35,15 @@ async function openHost(): Promise<WorkerHost | null> {
   for (;;) {
     host ??= startHost();
     const asked = host;
-    const found = await asked;
-    if (!found || found.usable) return found;
-    // It has ended, or something broke in it: the next avatar gets another.
-    if (host === asked) host = null;
+    try {
+      const found = await asked;
+      if (!found || found.usable) return found;
+      // It has ended, or something broke in it: the next avatar gets another.
+      if (host === asked) host = null;
+    } catch (thrown) {
+      if (host === asked) host = null;
+      throw thrown;
+    }
   }
 }
 

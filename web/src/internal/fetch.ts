@@ -14,11 +14,20 @@ export interface FetchOptions {
 }
 
 /** The bytes at `url`. */
-export async function fetchBytes(url: string, options: FetchOptions = {}): Promise<Uint8Array> {
+export function fetchBytes(url: string, options: FetchOptions = {}): Promise<Uint8Array> {
   const { signal, maxBytes = null, onBytes = () => {} } = options;
+  return fetchFile(url, signal ? { signal } : {}, (response) => collect(response, onBytes, maxBytes));
+}
+
+/** What `read` makes of the file at `url`. */
+export async function fetchFile<T>(
+  url: string,
+  options: RequestInit,
+  read: (response: Response) => Promise<T>,
+): Promise<T> {
   let response: Response;
   try {
-    response = await fetch(url, signal ? { signal } : {});
+    response = await fetch(url, options);
   } catch (thrown) {
     throw new StageError("network", `${url}: expected an answer that this page may read, found ${String(thrown)}`, url);
   }
@@ -27,7 +36,7 @@ export async function fetchBytes(url: string, options: FetchOptions = {}): Promi
     const type = response.headers.get("content-type") ?? "";
     // A server that answers every address with its start page says 200.
     if (/^text\/html\b/u.test(type)) throw new StageError("type", `${url}: expected a file, found a web page`, url);
-    return await collect(response, onBytes, maxBytes);
+    return await read(response);
   } catch (thrown) {
     void response.body?.cancel().catch(() => {});
     if (thrown instanceof StageError) throw new StageError(thrown.code, thrown.message, url);

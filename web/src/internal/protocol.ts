@@ -37,6 +37,7 @@ export type Theme = "light" | "dark";
  * - `too-large`: more bytes than `max-bytes`.
  * - `avatar`, `motion`, `texture`, `pose`: the file or the numbers are no such thing, or one for another body.
  * - `canvas`, `device`, `device-lost`: the picture cannot be drawn any more.
+ * - `version`: script, worker and wasm module are not of the same build, as a cache has kept some of them.
  * - `internal`: a fault of this element.
  */
 export type ErrorCode =
@@ -52,6 +53,7 @@ export type ErrorCode =
   | "canvas"
   | "device"
   | "device-lost"
+  | "version"
   | "internal";
 
 /** An error as it crosses the worker's border. */
@@ -225,7 +227,7 @@ export interface Frame {
 
 /** From the stage to the page. */
 export type Report =
-  | { readonly kind: "capability"; readonly webgpu: boolean; readonly animationFrames: boolean }
+  | { readonly kind: "capability"; readonly build: string; readonly webgpu: boolean; readonly animationFrames: boolean }
   | { readonly kind: "canvas-wanted" }
   | { readonly kind: "progress"; readonly phase: Phase; readonly loaded: number; readonly total: number | null }
   | { readonly kind: "loaded"; readonly vertices: number }

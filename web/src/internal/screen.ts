@@ -1,6 +1,7 @@
 import type { Viewer } from "../../pkg/crease.js";
 import { candidates, type Opened, once, openFirst, reasonForNext } from "./backend.js";
 import { StageError } from "./errors.js";
+import { wasmModule } from "./module.js";
 import { openPainter, type Painter } from "./painter.js";
 import type { Backend, BackendChoice, Canvas, Failure } from "./protocol.js";
 
@@ -65,6 +66,8 @@ export class Screen {
     const attempt = this.#attempt;
     this.#free();
     if (typeof choice === "string") this.#choice = choice;
+    // Without the module nothing can be opened, and that is no fault of a backend.
+    await wasmModule();
     const backends = typeof choice === "string" ? candidates(choice) : choice;
     // Some backends fail before they touch their canvas; the next one can have it.
     let canvas: Promise<Canvas> | null = null;

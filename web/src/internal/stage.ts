@@ -442,7 +442,7 @@ export class Stage {
   }
 
   /**
-   * Without its own file there is no avatar. A motion, a texture or other wrinkles that fail leave it as it was; a pose that fails leaves the
+   * Without its own file, or the wasm module, there is no avatar. A motion, a texture or other wrinkles that fail leave it as it was; a pose that fails leaves the
    * last good picture.
    */
   #isFatal({ code, url }: Failure): boolean {
@@ -454,7 +454,7 @@ export class Stage {
       case "http":
       case "type":
       case "too-large":
-        return url === this.#url;
+        return url === this.#url || !this.#viewer;
       case "avatar":
       case "texture":
         return url === this.#url && !this.#drawn;

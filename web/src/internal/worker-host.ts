@@ -1,3 +1,4 @@
+import { errorOfBuild } from "./build.js";
 import type { Connection } from "./connection.js";
 import type { Addressed, Command, Report } from "./protocol.js";
 
@@ -26,7 +27,7 @@ export class WorkerHost {
     };
   }
 
-  /** A worker, and what it can do; null where it does not start. */
+  /** A worker, and what it can do; null where it does not start. Throws where it is of another build. */
   static async start(): Promise<{ host: WorkerHost; capability: Capability } | null> {
     let worker: Worker;
     try {
@@ -43,8 +44,10 @@ export class WorkerHost {
         resolve(null);
       };
     });
-    if (capability) return { host: new WorkerHost(worker), capability };
+    const error = capability && errorOfBuild(capability.build, besideThis("worker.js"));
+    if (capability && !error) return { host: new WorkerHost(worker), capability };
     worker.terminate();
+    if (error) throw error;
     return null;
   }
 
@@ -89,6 +92,11 @@ export class WorkerHost {
   }
 }
 
+/** Address of a script beside this one. Not by `new URL`: bundlers would take it for another asset. */
+function besideThis(name: string): string {
+  return import.meta.url.replace(/[^/]*$/u, name);
+}
+
 /** Browsers start workers from the page's own origin only: a script from elsewhere is imported by one line that is the page's. */
 function newWorker(): Worker {
   const { origin, protocol } = new URL(import.meta.url);
@@ -96,9 +104,8 @@ function newWorker(): Worker {
   if (origin === location.origin || !protocol.startsWith("http")) {
     return new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
   }
-  // Not by `new URL`: bundlers would take the script for another asset.
-  const elsewhere = import.meta.url.replace(/[^/]*$/u, "worker.js");
-  const line = URL.createObjectURL(new Blob([`import ${JSON.stringify(elsewhere)};`], { type: "text/javascript" }));
+  const imported = JSON.stringify(besideThis("worker.js"));
+  const line = URL.createObjectURL(new Blob([`import ${imported};`], { type: "text/javascript" }));
   const worker = new Worker(line, { type: "module" });
   worker.addEventListener("message", () => URL.revokeObjectURL(line), { once: true });
   return worker;

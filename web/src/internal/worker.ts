@@ -1,3 +1,4 @@
+import { BUILD } from "../../pkg/build.js";
 import { wasmModule } from "./module.js";
 import type { Addressed, Command, Report } from "./protocol.js";
 import { Stage } from "./stage.js";
@@ -28,5 +29,5 @@ wasmModule().catch(() => {});
 void hasWebGpu().then((webgpu) => {
   // A worker without animation frames cannot keep time with the screen.
   const animationFrames = typeof requestAnimationFrame === "function";
-  scope.postMessage({ stage: 0, message: { kind: "capability", webgpu, animationFrames } });
+  scope.postMessage({ stage: 0, message: { kind: "capability", build: BUILD, webgpu, animationFrames } });
 });

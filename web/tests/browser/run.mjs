@@ -52,6 +52,7 @@ async function passes({ name, run, allows = [], context: options = {}, limit = L
   page.on("pageerror", (error) => problems.push(`uncaught: ${error.message}`));
   page.on("crash", () => problems.push("the page crashed"));
   server.requests.length = 0;
+  server.instead.clear();
   let reason = null;
   try {
     await within(limit, run(tools(page)));

@@ -28,6 +28,8 @@ const POLICY = /^Content-Security-Policy: (.+)$/mu.exec(await readFile(join(ROOT
 export async function startServer() {
   const requests = [];
   const held = new Set();
+  /** What is sent in place of a file, by its path: `{ status, type, change, broken }`, all of them optional. */
+  const instead = new Map();
   const answer = async (request, response) => {
     const url = new URL(request.url, "http://localhost");
     // Browsers ask for it by themselves.
@@ -71,9 +73,16 @@ export async function startServer() {
     const path = normalize(decodeURIComponent(shared ? url.pathname.slice("/shared".length) : url.pathname));
     if (!/^\/(?:web\/(?:dist|pkg|assets)|tests)\//u.test(path)) return send(404, "text/plain", "Not here.");
     try {
-      const body = await readFile(join(ROOT, path));
+      const { status = 200, type, change = (bytes) => bytes, broken = false } = instead.get(path) ?? {};
+      const body = change(await readFile(join(ROOT, path)));
       const headers = shared ? { "Access-Control-Allow-Origin": "*" } : {};
-      return send(200, MEDIA_TYPES[extname(path)] ?? "application/octet-stream", body, headers);
+      if (broken) {
+        response.writeHead(200, { "Content-Type": MEDIA_TYPES[extname(path)], "Content-Length": body.length });
+        response.write(body.subarray(0, body.length / 2));
+        setTimeout(() => response.destroy(), 50);
+        return;
+      }
+      return send(status, type ?? MEDIA_TYPES[extname(path)] ?? "application/octet-stream", body, headers);
     } catch {
       return send(404, "text/plain", "There is no such file.");
     }
@@ -90,6 +99,7 @@ export async function startServer() {
     otherOrigin: origin(other),
     requests,
     held,
+    instead,
     close: () => {
       for (const one of [server, other]) {
         one.closeAllConnections();

@@ -40,7 +40,103 @@ function failsAndComesBack({ withAvatar }) {
   });
 }
 
+const MODULE = "/web/pkg/crease_bg.wasm";
+const WORKER = "/web/dist/internal/worker.js";
+const STAGE = "/web/dist/internal/stage.js";
+
+/** A page that a cache or a deployment has given other files than it needs, and what comes of it once the right ones are there. */
+function mixture(name, instead, expected) {
+  return {
+    name: `faults: ${name}`,
+    // The browser reports what it could not load.
+    allows: [/Failed to load resource|ERR_|MIME type/u],
+    run: async (tools) => {
+      const { server, mount, withAvatar } = tools;
+      for (const [path, answer] of Object.entries(instead)) server.instead.set(path, answer);
+      await mount({}, { ready: false });
+      await withAvatar(async (avatar) => {
+        if (!avatar.error) await next(avatar, "error");
+      });
+      for (const path of Object.keys(instead)) assert.ok(server.requests.includes(path), `${path} was asked for`);
+      server.instead.clear();
+      const { message, shown, gone, error, code } = await failsAndComesBack(tools);
+      assert.deepEqual(
+        { code, shown, gone, error },
+        { code: expected.code, shown: true, gone: true, error: null },
+        message,
+      );
+      assert.match(message, expected.message);
+    },
+  };
+}
+
+const withText = (from, to) => ({
+  change: (bytes) => {
+    const text = bytes.toString("latin1");
+    assert.match(text, from);
+    return Buffer.from(text.replace(from, to), "latin1");
+  },
+});
+
 export default [
+  mixture(
+    "a wasm module of another build is told by its name",
+    { [MODULE]: withText(/[0-9a-f]{12}$/u, "0123456789ab") },
+    { code: "version", message: /crease_bg\.wasm: expected a file of build \S+, found \S+-0123456789ab\. Reload/u },
+  ),
+  mixture(
+    "a wasm module without the name of its build is one of another",
+    { [MODULE]: withText(/crease-build/u, "crease-guild") },
+    { code: "version", message: /crease_bg\.wasm: expected a file of build \S+, found one without a name/u },
+  ),
+  mixture(
+    "a worker of another build is told by its name",
+    { [WORKER]: withText(/build: BUILD/u, 'build: "0.0.1-old"') },
+    { code: "version", message: /worker\.js: expected a file of build \S+, found 0\.0\.1-old\. Reload/u },
+  ),
+  mixture(
+    "a worker from before builds had names is one of another",
+    { [WORKER]: withText(/build: BUILD,/u, "") },
+    { code: "version", message: /worker\.js: expected a file of build \S+, found one without a name/u },
+  ),
+  mixture(
+    "a wasm module that is gone",
+    { [MODULE]: { status: 404 } },
+    { code: "http", message: /crease_bg\.wasm: expected a file, found status 404/u },
+  ),
+  mixture(
+    "a web page in place of the wasm module",
+    { [MODULE]: { type: "text/html; charset=utf-8" } },
+    { code: "type", message: /crease_bg\.wasm: expected a file, found a web page/u },
+  ),
+  mixture(
+    "a wasm module whose download breaks off",
+    { [MODULE]: { broken: true } },
+    { code: "network", message: /crease_bg\.wasm: expected the whole file/u },
+  ),
+  mixture(
+    "a wasm module that no browser compiles",
+    { [MODULE]: { change: (bytes) => bytes.fill(7, 0, 8) } },
+    { code: "unsupported", message: /crease_bg\.wasm: expected a module that this browser compiles, found /u },
+  ),
+  mixture(
+    "a worker and a stage that are gone",
+    { [WORKER]: { status: 404 }, [STAGE]: { status: 404 } },
+    { code: "internal", message: /stage\.js/u },
+  ),
+  ...[
+    ["that is gone", { status: 404 }],
+    ["whose place a web page has taken", { type: "text/html" }],
+  ].map(([name, answer]) => ({
+    name: `faults: without a worker ${name} the page's own thread plays`,
+    allows: [/Failed to load resource|MIME type/u],
+    run: async ({ server, mount, withAvatar }) => {
+      server.instead.set(WORKER, answer);
+      await mount();
+      assert.ok(server.requests.includes(WORKER));
+      assert.equal(await withAvatar((avatar) => avatar.statistics.thread), "main");
+    },
+  })),
   {
     name: "faults: a worker that crashes is an error with the fallback shown, and another starts",
     allows: [/a made fault/u],

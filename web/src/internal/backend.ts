@@ -1,4 +1,4 @@
-import { failureOf, StageError } from "./errors.js";
+import { failureOf, isPanic, StageError } from "./errors.js";
 import type { Backend, BackendChoice } from "./protocol.js";
 
 /** All backends, the fastest first: what computes and what draws. */
@@ -26,6 +26,7 @@ export async function openFirst<T>(
     try {
       return { backend, value: await open(backend) };
     } catch (thrown) {
+      if (isPanic(thrown)) throw thrown;
       reasons.push(reasonAgainst(backend, thrown));
       const next = backends[index + 1];
       if (next) tell(reasonForNext(backend, thrown, next));

@@ -13,6 +13,11 @@ export class StageError extends Error {
   }
 }
 
+/** Whether the wasm module has panicked. What it had borrowed stays borrowed, and nothing else may be tried with it. */
+export function isPanic(thrown: unknown): boolean {
+  return thrown instanceof WebAssembly.RuntimeError;
+}
+
 /** Any thrown value as a failure; errors out of the wasm module carry their own code. */
 export function failureOf(thrown: unknown, url: string | null): Failure {
   if (thrown instanceof StageError) {

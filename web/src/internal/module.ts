@@ -17,6 +17,8 @@ export function wasmModule(): Promise<InitOutput> {
 
 async function load(): Promise<InitOutput> {
   const url = MODULE_URL.href;
+  // Some browsers switch it off where a person wants to be safer.
+  if (typeof WebAssembly !== "object") throw new StageError("unsupported", "expected WebAssembly, found none");
   const module = await fetchFile(url, {}, compile);
   const [section] = WebAssembly.Module.customSections(module, "crease-build");
   // Of another build it would not fit the scripts: it must not even start.

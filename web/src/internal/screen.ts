@@ -1,6 +1,6 @@
 import type { Viewer } from "../../pkg/crease.js";
 import { candidates, type Opened, once, openFirst, reasonForNext } from "./backend.js";
-import { StageError } from "./errors.js";
+import { isPanic, StageError } from "./errors.js";
 import { wasmModule } from "./module.js";
 import { openPainter, type Painter } from "./painter.js";
 import type { Backend, BackendChoice, Canvas, Failure } from "./protocol.js";
@@ -82,7 +82,7 @@ export class Screen {
           const viewer = this.#host.viewer();
           if (viewer) await this.#host.prepare(painter, viewer);
         } catch (thrown) {
-          painter.free();
+          if (!isPanic(thrown)) painter.free();
           throw thrown;
         }
         return painter;
@@ -110,7 +110,7 @@ export class Screen {
       opened.value.prepareDetail(viewer);
     } catch (thrown) {
       const next = candidates(opened.backend).slice(1);
-      if (!next[0]) throw thrown;
+      if (!next[0] || isPanic(thrown)) throw thrown;
       tell(reasonForNext(opened.backend, thrown, next[0]));
       await this.open(next, Promise.resolve());
     }

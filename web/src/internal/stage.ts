@@ -404,8 +404,12 @@ export class Stage {
     this.#stop();
     for (const load of Object.values(this.#loads)) load.cancel();
     clearInterval(this.#checks);
-    this.#screen.close();
-    this.#viewer?.free();
+    try {
+      this.#screen.close();
+      this.#viewer?.free();
+    } catch {
+      // What a panic has borrowed goes with the worker.
+    }
     this.#viewer = null;
   }
 

@@ -238,7 +238,7 @@ export class CreaseAvatarElement extends LookAttributes {
 
   attributeChangedCallback(name: string, before: string | null, after: string | null): void {
     // The same address again is another try.
-    if (before === after && !(name === "src" && this.#error)) return;
+    if (before === after && !this.#hasFailed(name, after)) return;
     const setting = SETTINGS_OF_ATTRIBUTES[name];
     if (setting) this.#change(setting);
     switch (name) {
@@ -267,6 +267,11 @@ export class CreaseAvatarElement extends LookAttributes {
         this.#controlCamera();
         break;
     }
+  }
+
+  #hasFailed(name: string, addresses: string | null): boolean {
+    if (name !== "motion") return name === "src" && this.#error !== null;
+    return addressesOf(addresses).some((address) => absolute(address) === this.#error?.url);
   }
 
   /**

@@ -22,8 +22,8 @@ function trap(page) {
 }
 
 /** What an avatar says of a fault, and whether it plays again once it is asked to. */
-function failsAndComesBack({ withAvatar }) {
-  return withAvatar(async (avatar) => {
+function failsAndComesBack({ withAvatar }, address = "PLAIN") {
+  return withAvatar(async (avatar, other) => {
     const fallback = document.createElement("p");
     fallback.slot = "fallback";
     fallback.textContent = "No avatar here.";
@@ -34,10 +34,10 @@ function failsAndComesBack({ withAvatar }) {
     const shown = fallback.checkVisibility();
     const seconds = (performance.now() - began) / 1000;
     const loaded = next(avatar, "load");
-    avatar.src = PLAIN;
+    avatar.src = window[other];
     await loaded;
     return { code, message, shown, gone: !fallback.checkVisibility(), error: avatar.error, seconds };
-  });
+  }, address);
 }
 
 const MODULE = "/web/pkg/crease_bg.wasm";
@@ -138,6 +138,176 @@ export default [
     },
   })),
   {
+    name: "faults: a buffer that there is no memory for is an error with the fallback shown, and another worker starts",
+    allows: [/./u],
+    run: async (tools) => {
+      const { page, mount, withAvatar } = tools;
+      await mount();
+      // Browsers throw where they cannot map a buffer at its creation.
+      await page.workers()[0].evaluate(() => {
+        GPUDevice.prototype.createBuffer = () => {
+          throw new RangeError(
+            "createBuffer failed, size is too large for the implementation when mappedAtCreation == true",
+          );
+        };
+      });
+      await withAvatar((avatar) => {
+        avatar.src = PLAIN;
+        return next(avatar, "error");
+      });
+      const { code, message, shown, gone, error } = await failsAndComesBack(tools, "TINY");
+      assert.deepEqual(
+        { code, shown, gone, error },
+        { code: "internal", shown: true, gone: true, error: null },
+        message,
+      );
+    },
+  },
+  {
+    name: "faults: a GPU that says it is out of memory is left for another device, and after more of it for WebGL2",
+    allows: [/out of memory/iu, /instead/u],
+    run: async ({ page, mount, withAvatar }) => {
+      await mount({ autoplay: true, loop: true, fps: 30 });
+      await page.workers()[0].evaluate(() => {
+        const create = GPUDevice.prototype.createCommandEncoder;
+        globalThis.shortages = 0;
+        GPUDevice.prototype.createCommandEncoder = function (...rest) {
+          if (!this.told) {
+            this.told = true;
+            globalThis.shortages += 1;
+            const error = new GPUOutOfMemoryError("out of memory");
+            setTimeout(() => this.dispatchEvent(new GPUUncapturedErrorEvent("uncapturederror", { error })));
+          }
+          return create.apply(this, rest);
+        };
+      });
+      const told = await withAvatar(async (avatar) => {
+        await until(() => avatar.currentBackend === "webgl2+cpu");
+        const { frames } = avatar.statistics;
+        await until(() => avatar.statistics.frames > frames + 3);
+        return { error: avatar.error, shown: avatar.shadowRoot.querySelector("canvas").checkVisibility() };
+      });
+      assert.deepEqual(told, { error: null, shown: true });
+      assert.equal(await page.workers()[0].evaluate(() => globalThis.shortages), 4);
+    },
+  },
+  {
+    name: "faults: a device that is lost and no other to be had is an error with the fallback shown",
+    allows: [/Starting again/u, /instead/u],
+    run: async (tools) => {
+      const { page, mount, withAvatar } = tools;
+      await mount({ autoplay: true, loop: true, fps: 30 });
+      await page.workers()[0].evaluate(() => {
+        const { getContext } = OffscreenCanvas.prototype;
+        OffscreenCanvas.prototype.getContext = () => null;
+        globalThis.giveContexts = () => {
+          OffscreenCanvas.prototype.getContext = getContext;
+        };
+      });
+      await withAvatar((avatar) => {
+        const failed = next(avatar, "error");
+        avatar.dispatchEvent(new CustomEvent("crease-lose-device"));
+        return failed;
+      });
+      await page.workers()[0]?.evaluate(() => globalThis.giveContexts());
+      const { code, message, shown, gone, error } = await failsAndComesBack(tools);
+      assert.deepEqual(
+        { code, shown, gone, error },
+        { code: "unsupported", shown: true, gone: true, error: null },
+        message,
+      );
+    },
+  },
+  {
+    name: "faults: in a page that is hidden for an hour time stands, and goes on from there",
+    run: async ({ page, mount, withAvatar }) => {
+      await mount({ autoplay: true, fps: 1 });
+      // A clock of our own: 10 milliseconds from frame to frame, whatever the machine takes.
+      await page.workers()[0].evaluate(() => {
+        const request = globalThis.requestAnimationFrame.bind(globalThis);
+        globalThis.clock = performance.now();
+        globalThis.drawn = 0;
+        globalThis.requestAnimationFrame = (draw) =>
+          request(() => {
+            globalThis.clock += 10;
+            globalThis.drawn += 1;
+            draw(globalThis.clock);
+          });
+      });
+      const frames = () => page.workers()[0].evaluate(() => globalThis.drawn);
+      await withAvatar(async (avatar) => {
+        const { frames } = avatar.statistics;
+        await until(() => avatar.statistics.frames > frames + 3);
+        window.look = (state) => {
+          Object.defineProperty(document, "visibilityState", { get: () => state, configurable: true });
+          document.dispatchEvent(new Event("visibilitychange"));
+        };
+        look("hidden");
+        await sleep(100);
+      });
+      const [before, time] = [await frames(), await withAvatar((avatar) => avatar.currentTime)];
+      await page.workers()[0].evaluate(() => {
+        globalThis.clock += 3_600_000;
+      });
+      await page.waitForTimeout(300);
+      assert.equal(await frames(), before, "nothing is drawn while the page is hidden");
+      const after = await withAvatar(async (avatar) => {
+        const { frames } = avatar.statistics;
+        look("visible");
+        await until(() => avatar.statistics.frames >= frames + 3);
+        return { time: avatar.currentTime, ended: avatar.ended, paused: avatar.paused };
+      });
+      const drawn = (await frames()) - before;
+      assert.deepEqual({ ...after, time: null }, { time: null, ended: false, paused: false });
+      assert.ok(after.time > time, `${after.time} s is later than ${time} s`);
+      assert.ok(after.time <= time + 0.01 * drawn, `${time} s, then ${drawn} frames of 10 ms, then ${after.time} s`);
+    },
+  },
+  {
+    name: "faults: after a download that broke off the same address is another try",
+    allows: [/ERR_CONTENT_LENGTH_MISMATCH|ERR_CONNECTION|ERR_INCOMPLETE/u],
+    run: async ({ server, mount, withAvatar }) => {
+      server.instead.set("/tests/fixtures/tiny.glb", { broken: true });
+      await mount({}, { ready: false });
+      const code = await withAvatar(async (avatar) => {
+        if (!avatar.error) await next(avatar, "error");
+        return avatar.error.code;
+      });
+      server.instead.clear();
+      const after = await withAvatar(async (avatar) => {
+        const loaded = next(avatar, "load");
+        avatar.src = TINY;
+        await loaded;
+        return avatar.error;
+      });
+      assert.deepEqual({ code, after }, { code: "network", after: null });
+    },
+  },
+  {
+    name: "faults: after a motion that was gone the avatar stands, and the same address is another try",
+    allows: [/404/u],
+    run: async ({ server, mount, withAvatar }) => {
+      server.instead.set("/tests/fixtures/pickles/motion-numpy2.pkl", { status: 404 });
+      await mount({ autoplay: true });
+      const { code, url } = await withAvatar(async (avatar) => {
+        if (!avatar.error) await next(avatar, "error");
+        return { code: avatar.error.code, url: avatar.error.url };
+      });
+      server.instead.clear();
+      const duration = await withAvatar(async (avatar) => {
+        const known = next(avatar, "durationchange");
+        avatar.motion = MOTION;
+        await known;
+        const { currentTime } = avatar;
+        await until(() => avatar.currentTime > currentTime);
+        return avatar.duration;
+      });
+      assert.equal(code, "http");
+      assert.match(url, /motion-numpy2\.pkl$/u);
+      assert.ok(duration > 0, `${duration} s`);
+    },
+  },
+  {
     name: "faults: a worker that crashes is an error with the fallback shown, and another starts",
     allows: [/a made fault/u],
     run: async (tools) => {
@@ -156,6 +326,23 @@ export default [
       await trap(tools.page);
       const { code, shown, gone, error } = await failsAndComesBack(tools);
       assert.deepEqual({ code, shown, gone, error }, { code: "internal", shown: true, gone: true, error: null });
+    },
+  },
+  {
+    name: "faults: without WebAssembly it says so and shows the fallback",
+    run: async ({ context, mount, withAvatar }) => {
+      await context.addInitScript(() => {
+        delete window.Worker;
+        delete window.WebAssembly;
+      });
+      await mount({}, { ready: false });
+      const told = await withAvatar(async (avatar) => {
+        if (!avatar.error) await next(avatar, "error");
+        const { code, message } = avatar.error;
+        const text = avatar.shadowRoot.querySelector("[part=message]").textContent;
+        return { code, message, shown: text.includes(message) };
+      });
+      assert.deepEqual(told, { code: "unsupported", message: "expected WebAssembly, found none", shown: true });
     },
   },
   {

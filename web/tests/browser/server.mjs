@@ -28,7 +28,7 @@ const POLICY = /^Content-Security-Policy: (.+)$/mu.exec(await readFile(join(ROOT
 export async function startServer() {
   const requests = [];
   const held = new Set();
-  /** What is sent in place of a file, by its path: `{ status, type, change, broken }`, all of them optional. */
+  /** What is sent in place of a file, by its path: `{ status, type, body, change, broken }`, all of them optional. */
   const instead = new Map();
   const answer = async (request, response) => {
     const url = new URL(request.url, "http://localhost");
@@ -73,8 +73,9 @@ export async function startServer() {
     const path = normalize(decodeURIComponent(shared ? url.pathname.slice("/shared".length) : url.pathname));
     if (!/^\/(?:web\/(?:dist|pkg|assets)|tests)\//u.test(path)) return send(404, "text/plain", "Not here.");
     try {
-      const { status = 200, type, change = (bytes) => bytes, broken = false } = instead.get(path) ?? {};
-      const body = change(await readFile(join(ROOT, path)));
+      const answer = instead.get(path) ?? {};
+      const { status = 200, type, change = (bytes) => bytes, broken = false } = answer;
+      const body = change(answer.body ?? (await readFile(join(ROOT, path))));
       const headers = shared ? { "Access-Control-Allow-Origin": "*" } : {};
       if (broken) {
         response.writeHead(200, { "Content-Type": MEDIA_TYPES[extname(path)], "Content-Length": body.length });

@@ -1,6 +1,7 @@
 /** Time, with the meaning that HTML's media elements give it. */
 
 import assert from "node:assert/strict";
+import { longMotion } from "../motion-file.mjs";
 
 export default [
   {
@@ -175,6 +176,35 @@ export default [
         return times;
       });
       assert.deepEqual(times, [0.25, 0.5, 0.25, 0]);
+    },
+  },
+  {
+    name: "time: a motion of an hour plays and is sought in without more memory",
+    run: async ({ server, mount, withAvatar }) => {
+      server.instead.set("/tests/hour.npz", { body: longMotion(3600, 60) });
+      await mount({ motion: "/tests/hour.npz", fps: null, quality: "best" });
+      const told = await withAvatar(async (avatar) => {
+        const places = [];
+        // In no order, so that nothing can be kept from one for the next.
+        for (let i = 0; i < 21; i += 1) {
+          const sought = next(avatar, "seeked");
+          const wanted = (3600 * ((8 * i + 5) % 21)) / 20.5;
+          avatar.currentTime = wanted;
+          await sought;
+          places.push({ wanted, found: avatar.currentTime, bytes: avatar.statistics.memoryBytes });
+        }
+        const { currentTime } = avatar;
+        void avatar.play();
+        await until(() => avatar.currentTime > currentTime + 0.2);
+        return { places, duration: avatar.duration, after: avatar.statistics.memoryBytes, ended: avatar.ended };
+      });
+      assert.equal(told.duration, 3600);
+      assert.equal(told.ended, false);
+      for (const { wanted, found } of told.places) {
+        assert.ok(Math.abs(found - wanted) < 1 / 120, `sought ${wanted} s, found ${found} s`);
+      }
+      const [{ bytes }] = told.places;
+      assert.deepEqual([...told.places.map((place) => place.bytes), told.after], Array(22).fill(bytes));
     },
   },
   {

@@ -49,9 +49,11 @@ impl Place<'_> {
     }
 
     fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+        // Files may leave an array without a name.
+        let field = if self.field.is_empty() { "(no name)" } else { self.field };
         ReadError {
             file: self.file.to_owned(),
-            field: self.field.to_owned(),
+            field: field.to_owned(),
             expected: expected.into(),
             found: found.into(),
         }

@@ -1,6 +1,5 @@
 //! The name of a build, written into the scripts and the wasm module: files of two builds, mixed by a cache, do not work together.
 
-use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -51,11 +50,7 @@ fn name(module: &[u8], folder: &Path) -> Result<String> {
     for script in scripts {
         hash.update(files::read(&script)?);
     }
-    let mut name = format!("{}-", env!("CARGO_PKG_VERSION"));
-    for byte in &hash.finalize()[..6] {
-        write!(name, "{byte:02x}")?;
-    }
-    Ok(name)
+    Ok(format!("{}-{}", env!("CARGO_PKG_VERSION"), files::hex(&hash.finalize()[..6])))
 }
 
 /// The module with a last section that holds `build`.

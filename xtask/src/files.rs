@@ -57,6 +57,11 @@ pub fn below(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
+/// Bytes as a checksum is written.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 fn make_parent(file: &Path) -> Result<()> {
     let parent = file.parent().context("a file without a folder")?;
     fs::create_dir_all(parent).with_context(|| format!("cannot make {}", workspace::relative(parent)))

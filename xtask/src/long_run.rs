@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 
-use crate::{command, lint, progress, workspace};
+use crate::{command, files, lint, progress, workspace};
 
 /// Narrow networks and one pass: what is measured is the way of the data, not the arithmetic.
 const ASSIGNMENTS: [&str; 12] = [
@@ -47,9 +47,7 @@ pub fn run(options: &Options) -> Result<()> {
     build.args(["--workspace", "--bin", "crease", "--example", "write_long_sequence"]).args(lint::FEATURES);
     command::run(&mut build)?;
     let folder = workspace::root().join("target/long-run");
-    if folder.exists() {
-        fs::remove_dir_all(&folder).context("cannot clear target/long-run/")?;
-    }
+    files::empty(&folder)?;
     let sequence = folder.join("sequence");
     let mut generate = command::program(workspace::root().join("target/debug/examples/write_long_sequence"));
     generate.arg(&sequence).args([options.frames, options.points].map(|number| number.to_string()));

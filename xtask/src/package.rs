@@ -1,6 +1,5 @@
 //! `package`: the npm package and the trainer's archive, packed into target/package/ with their checksums; and how large they are.
 
-use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -115,11 +114,7 @@ fn write_checksums(published: &[PathBuf]) -> Result<()> {
 }
 
 fn checksum_line(bytes: &[u8], name: &str) -> String {
-    let mut line = String::new();
-    for byte in Sha256::digest(bytes) {
-        write!(line, "{byte:02x}").expect("a string takes everything");
-    }
-    line + "  " + name + "\n"
+    format!("{}  {name}\n", files::hex(&Sha256::digest(bytes)))
 }
 
 #[cfg(test)]

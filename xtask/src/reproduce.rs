@@ -21,7 +21,7 @@ pub fn run() -> Result<()> {
     };
     let modules = [build("one")?, build("another folder")?];
     for module in &modules {
-        println!("{}  {} bytes", hex(&Sha256::digest(module)), module.len());
+        println!("{}  {} bytes", files::hex(&Sha256::digest(module)), module.len());
     }
     ensure!(modules[0] == modules[1], "two builds of one commit differ; they lie in {}", workspace::relative(&folder));
     std::fs::remove_dir_all(&folder)?;
@@ -32,8 +32,4 @@ fn clone(root: &Path) -> Result<()> {
     let mut git = command::program("git");
     git.args(["clone", "--quiet", "--local"]).arg(workspace::root()).arg(root);
     command::run(&mut git)
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

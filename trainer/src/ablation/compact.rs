@@ -1,12 +1,11 @@
 //! What the number of basis functions buys and costs, and plain networks beside it.
 
-use super::measured_avatar;
+use super::{cell, measured_avatar, plain_avatar};
 use crate::appearance::bake;
 use crate::compact::{CompactDeformation, CompactLaplacian};
 use crate::context::TrainContext;
-use crate::evaluate::{Evaluation, Measures};
+use crate::evaluate::Evaluation;
 use crate::options::TrainOptions;
-use crate::plain::{FittedDeformation, FittedLaplacian};
 use crate::sequence::Sequence;
 use crate::train::{Facts, assemble};
 use anyhow::Context;
@@ -71,10 +70,7 @@ pub fn compact_against_plain(
         add(measured("compact".into(), Some(basis_count), avatar)?);
     }
     if context.options.deformation.network.epoch_count > 0 {
-        let deformation = SurfaceFunction::Mlp(FittedDeformation.regress(context, &offsets)?);
-        let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
-        let laplacian = SurfaceFunction::Mlp(FittedLaplacian.regress(context, &deltas)?);
-        let avatar = assemble(context, &facts, deformation, laplacian, appearance.clone())?;
+        let avatar = plain_avatar(context, &facts, &offsets, &surfaces, appearance.clone())?;
         add(measured(plain_form(&context.options), None, avatar)?);
     }
     let [deformation, laplacian] = networks_of_the_papers_widths(context.level_count() as u32);
@@ -144,10 +140,9 @@ pub fn table(rows: &[Row]) -> String {
 impl Row {
     /// The row's line of [`table`].
     pub fn line(&self) -> String {
-        let measures = |m: Measures| format!("{:.3} / {:.3} / {:.4}", m.scan_to_mesh_cm, m.mesh_to_scan_cm, m.nc);
         let basis_count = self.basis_count.map_or("".into(), |count| count.to_string());
         let [base, detailed] = match &self.evaluation {
-            Some(evaluation) => [measures(evaluation.base), measures(evaluation.detailed)],
+            Some(evaluation) => [cell(evaluation.base), cell(evaluation.detailed)],
             None => ["not trained".into(), "not trained".into()],
         };
         let megabytes = self.bytes as f64 / 1e6;

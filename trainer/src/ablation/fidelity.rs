@@ -1,11 +1,10 @@
 //! What each part of the method buys: body, base, displacements in place of Laplacians, detail in compact and in plain form, the paper's form.
 
-use super::measured_avatar;
+use super::{measured_avatar, plain_avatar};
 use crate::appearance::bake;
 use crate::compact::{CompactDeformation, CompactDisplacement, CompactLaplacian};
 use crate::context::{Sample, TrainContext};
 use crate::evaluate::{Measures, evaluate_meshes};
-use crate::plain::{FittedDeformation, FittedLaplacian};
 use crate::train::{Facts, assemble, train};
 use crease::network::SurfaceFunction;
 
@@ -56,10 +55,7 @@ pub fn fidelity(
     });
     add("detailed, compact", evaluation.detailed);
     if context.options.deformation.network.epoch_count > 0 {
-        let deformation = SurfaceFunction::Mlp(FittedDeformation.regress(context, &offsets)?);
-        let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
-        let laplacian = SurfaceFunction::Mlp(FittedLaplacian.regress(context, &deltas)?);
-        let avatar = assemble(context, &facts, deformation, laplacian, appearance)?;
+        let avatar = plain_avatar(context, &facts, &offsets, &surfaces, appearance)?;
         let evaluation = measured_avatar(&avatar, sequence, frames)?.1;
         add("base, plain", evaluation.base);
         add("detailed, plain", evaluation.detailed);

@@ -8,10 +8,35 @@ pub use compact::{Row as CompactRow, compact_against_plain, table as compact_tab
 pub use fidelity::{Row as FidelityRow, fidelity, table as fidelity_table};
 pub use option::{Row as OptionRow, option, table as option_table};
 
-use crate::evaluate::{Evaluation, evaluate};
+use crate::compact::{CompactLaplacian, View};
+use crate::context::TrainContext;
+use crate::evaluate::{Evaluation, Measures, evaluate};
+use crate::plain::{FittedDeformation, FittedLaplacian};
 use crate::sequence::Sequence;
-use crease::avatar::Avatar;
+use crate::train::{Facts, assemble};
+use crease::avatar::{Appearance, Avatar};
+use crease::network::SurfaceFunction;
+use glam::Vec3A;
 use std::sync::Arc;
+
+/// An avatar of plain networks that learn the same fits as the tables: `offsets` of the base, and `surfaces`.
+fn plain_avatar(
+    context: &TrainContext,
+    facts: &Facts,
+    offsets: &[Vec<Vec3A>],
+    surfaces: &[View],
+    appearance: Appearance,
+) -> anyhow::Result<Avatar> {
+    let deformation = SurfaceFunction::Mlp(FittedDeformation.regress(context, offsets)?);
+    let deltas = CompactLaplacian.measure(context, &deformation, surfaces)?;
+    let laplacian = SurfaceFunction::Mlp(FittedLaplacian.regress(context, &deltas)?);
+    assemble(context, facts, deformation, laplacian, appearance)
+}
+
+/// Measures as a cell of a table: cm / cm / NC.
+fn cell(Measures { scan_to_mesh_cm, mesh_to_scan_cm, nc }: Measures) -> String {
+    format!("{scan_to_mesh_cm:.3} / {mesh_to_scan_cm:.3} / {nc:.4}")
+}
 
 /// Bytes of an avatar's file, and how close what is read from it comes.
 fn measured_avatar(avatar: &Avatar, sequence: &Sequence, frames: &[usize]) -> anyhow::Result<(usize, Evaluation)> {

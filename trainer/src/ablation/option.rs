@@ -1,8 +1,8 @@
 //! One option of training at several values.
 
-use super::measured_avatar;
+use super::{cell, measured_avatar};
 use crate::config::RunConfig;
-use crate::evaluate::{Evaluation, Measures};
+use crate::evaluate::Evaluation;
 use crate::frames::FrameRange;
 use crate::progress::Progress;
 use crate::train::{Facts, train};
@@ -59,8 +59,7 @@ pub fn table(key: &str, rows: &[Row]) -> String {
 impl Row {
     /// The row's line of [`table`].
     pub fn line(&self) -> String {
-        let measures = |m: Measures| format!("{:.3} / {:.3} / {:.4}", m.scan_to_mesh_cm, m.mesh_to_scan_cm, m.nc);
-        let [base, detailed] = [self.evaluation.base, self.evaluation.detailed].map(measures);
+        let [base, detailed] = [self.evaluation.base, self.evaluation.detailed].map(cell);
         format!("| {} | {:.2} | {:.0} | {base} | {detailed} |\n", self.value, self.bytes as f64 / 1e6, self.seconds)
     }
 }

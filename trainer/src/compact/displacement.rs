@@ -1,7 +1,7 @@
 //! Displacements in place of Laplacians: what f_l is compared with. The same fits, tables and regression; the surface is the base plus the
 //! displacement, and nothing is solved.
 
-use super::laplacian::{coarsen, each_sample, fused, regress_on_tables};
+use super::laplacian::{measure_each, on_tables, regress_on_tables};
 use super::surface_fit::refine_to_finest;
 use super::two_scales::BranchOptions;
 use super::views::View;
@@ -22,18 +22,11 @@ impl CompactDisplacement {
         deformation: &SurfaceFunction,
         surfaces: &[View],
     ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
-        let level = context.options.compact.laplacian_level as usize;
-        let views = each_sample(context, "measuring displacements", |index| {
-            let mut surface = base_surface(context, deformation, context.samples[index]);
-            let fitted = &surfaces[index];
+        measure_each(context, "measuring displacements", surfaces, |sample, fitted| {
+            let mut surface = base_surface(context, deformation, sample);
             let gaps: Vec<Vec3A> = fitted.values.iter().zip(surface.finest()).map(|(&to, &from)| to - from).collect();
-            let mut values = coarsen(&context.subdivision, level, &gaps);
-            for (value, rotation) in values.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
-                *value = rotation.inverse() * *value;
-            }
-            Ok(View { values, seen: fitted.seen.clone() })
-        })?;
-        Ok(fused(context, views))
+            View { values: on_tables(context, &mut surface, &gaps), seen: fitted.seen.clone() }
+        })
     }
 
     /// The function of what [`Self::measure`] gives, with as many components as f_l has; its tables are in f_d's steps, which are metres too.

@@ -11,6 +11,7 @@ use super::two_scales::{BranchOptions, regress_on_two_scales};
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
 use crate::targets::{base_surface, offsets, operator_laplacian};
+use crease::animate::PosedSurface;
 use crease::avatar::Form;
 use crease::body::Pose;
 use crease::mesh::{Adjacency, Scheme, Subdivision};
@@ -55,10 +56,9 @@ impl CompactLaplacian {
         deformation: &SurfaceFunction,
         surfaces: &[View],
     ) -> anyhow::Result<Vec<Vec<Vec3A>>> {
-        let views = each_sample(context, "measuring the detail", |index| {
-            Ok(laplacian(context, deformation, context.samples[index], &surfaces[index]))
-        })?;
-        Ok(fused(context, views))
+        measure_each(context, "measuring the detail", surfaces, |sample, fitted| {
+            laplacian(context, deformation, sample, fitted)
+        })
     }
 
     /// f_l from the δ that [`Self::fit`] gives.
@@ -78,8 +78,20 @@ pub(super) fn regress_on_tables(context: &TrainContext, targets: &[Vec<Vec3A>], 
     regress_on_two_scales(level, &regions, &adjacency, &poses, targets, options)
 }
 
+/// What `measure` finds between the base and the fitted surface of every training frame, on the level of f_l's tables; what one did not see
+/// is taken from those that did.
+pub(super) fn measure_each(
+    context: &TrainContext,
+    title: &str,
+    surfaces: &[View],
+    measure: impl Fn(Sample, &View) -> View + Sync,
+) -> anyhow::Result<Vec<Vec<Vec3A>>> {
+    let views = each_sample(context, title, |index| Ok(measure(context.samples[index], &surfaces[index])))?;
+    Ok(fused(context, views))
+}
+
 /// A field for every training frame, in parallel.
-pub(super) fn each_sample(
+fn each_sample(
     context: &TrainContext,
     title: &str,
     field: impl Fn(usize) -> anyhow::Result<View> + Sync,
@@ -94,7 +106,7 @@ pub(super) fn each_sample(
 }
 
 /// δ of all frames, what one did not see taken from those that did.
-pub(super) fn fused(context: &TrainContext, views: Vec<View>) -> Vec<Vec<Vec3A>> {
+fn fused(context: &TrainContext, views: Vec<View>) -> Vec<Vec<Vec3A>> {
     let level = context.options.compact.laplacian_level as usize;
     let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
     fuse(views, &adjacency)
@@ -142,7 +154,6 @@ fn coverage_on_tables(
 /// Canonical δ on the level of f_l's tables: what takes the base of one training frame to the `fitted` mesh.
 fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample, fitted: &View) -> View {
     let options = &context.options;
-    let level = options.compact.laplacian_level as usize;
     let mut surface = base_surface(context, deformation, sample);
     let base = surface.finest();
     let wanted = match options.form {
@@ -153,11 +164,17 @@ fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Samp
     for delta in &mut delta {
         *delta = delta.clamp_length_max(options.compact.clamp);
     }
-    let mut coarse = coarsen(&context.subdivision, level, &delta);
-    for (delta, rotation) in coarse.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
-        *delta = rotation.inverse() * *delta;
+    View { values: on_tables(context, &mut surface, &delta), seen: fitted.seen.clone() }
+}
+
+/// A field of posed vectors on the finest level of `surface`, in the canonical frame and on the level of f_l's tables.
+pub(super) fn on_tables(context: &TrainContext, surface: &mut PosedSurface, field: &[Vec3A]) -> Vec<Vec3A> {
+    let level = context.options.compact.laplacian_level as usize;
+    let mut coarse = coarsen(&context.subdivision, level, field);
+    for (value, rotation) in coarse.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
+        *value = rotation.inverse() * *value;
     }
-    View { values: coarse, seen: fitted.seen.clone() }
+    coarse
 }
 
 /// The field on `level` whose Loop refinement is closest to `field` on the finest level.

@@ -19,6 +19,7 @@ pub use laplacian::CompactLaplacian;
 pub use regression::RegressionOptions;
 pub use surface_fit::FitOptions;
 pub use two_scales::BranchOptions;
+pub use views::View;
 
 use serde::{Deserialize, Serialize};
 

@@ -12,26 +12,21 @@ pub mod avatar;
 #[cfg(all(target_arch = "wasm32", feature = "web"))]
 pub mod bindings;
 pub mod body;
-pub mod encoding;
 pub mod export;
 #[cfg(any(feature = "fixture", all(test, feature = "factor")))]
 pub mod fixture;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod inflate;
-pub mod laplacian;
 pub mod memory;
-pub mod mesh;
 pub mod motion;
-pub mod network;
 pub mod numpy;
 pub mod player;
-pub mod pose_feature;
 #[cfg(feature = "render")]
 pub mod render;
-pub mod rotation;
 #[cfg(all(test, any(feature = "render", feature = "gpu")))]
 mod shader_check;
-pub mod solver;
 #[cfg(any(feature = "render", feature = "gpu"))]
 mod wgsl;
+
+pub use crease_posing::{encoding, laplacian, mesh, network, pose_feature, rotation, solver};

@@ -1,17 +1,16 @@
 //! Pose to detailed mesh on the CPU: the one definition of correct.
 
 mod base;
-mod surface;
 #[cfg(test)]
 mod tests;
 
 pub use base::BaseAnimator;
-pub use surface::PosedSurface;
+pub use crease_posing::posed_surface::PosedSurface;
 
 use crate::avatar::{Avatar, AvatarError, Form};
 use crate::body::Pose;
-use crate::laplacian::scale_per_area;
-use crate::mesh::{Mesh, Scheme, Subdivision, Triangle, mixed_voronoi_areas};
+use crate::laplacian::{put_residual, scale_per_area};
+use crate::mesh::{Mesh, Scheme, Subdivision, Triangle, mixed_voronoi_areas, put_sum};
 use crate::network::Domain;
 use crate::solver::{Solver, Start, Stop};
 use glam::Vec3A;
@@ -158,15 +157,11 @@ impl Animator {
         let solved = solve_level - self.solver.coarsest_level();
         self.iterations =
             self.solver.solve(solve_level, residual, &mut self.displacements[solved], start, options.stop);
-        for finer in solve_level..level {
-            let (coarse, fine) = self.displacements.split_at_mut(finer - self.solver.coarsest_level() + 1);
-            subdivision.refine(Scheme::Loop, finer, &coarse[coarse.len() - 1], &mut fine[0]);
-        }
-        let displacement = &self.displacements[level - self.solver.coarsest_level()];
+        let wanted = level - self.solver.coarsest_level();
+        subdivision.refine_upwards(Scheme::Loop, solve_level, &mut self.displacements[solved..=wanted]);
+        let displacement = &self.displacements[wanted];
         let base = self.base.surface.positions(level);
-        for ((detailed, base), displacement) in self.detailed.iter_mut().zip(base).zip(displacement) {
-            *detailed = *base + *displacement;
-        }
+        put_sum(base, displacement, &mut self.detailed);
         observe(Part::Solve);
         &self.detailed[..base.len()]
     }
@@ -181,14 +176,8 @@ impl Animator {
         let BaseAnimator { avatar, subdivision, surface, scratch, .. } = &mut self.base;
         let own_level = avatar.laplacian.level();
         avatar.laplacian.evaluate(&self.domains[own_level], pose, scratch, &mut self.laplacians[0]);
-        let rotations = surface.rotations(subdivision, own_level);
-        for (delta, rotation) in self.laplacians[0].iter_mut().zip(rotations) {
-            *delta = *rotation * *delta;
-        }
-        for i in 0..level - own_level {
-            let (coarse, fine) = self.laplacians.split_at_mut(i + 1);
-            subdivision.refine(Scheme::Loop, own_level + i, &coarse[i], &mut fine[0]);
-        }
+        surface.turn(subdivision, own_level, &mut self.laplacians[0]);
+        subdivision.refine_upwards(Scheme::Loop, own_level, &mut self.laplacians[..=level - own_level]);
     }
 
     /// f_l at `pose`, the one posed last, in the posed frame: δ, 1/m, at the vertices of `level`. [`Options::detail`] has no say in it.
@@ -210,10 +199,7 @@ impl Animator {
         }
         let deltas = &self.laplacians[level - self.base.avatar.laplacian.level()];
         let scales_per_area = &self.scales_per_area[level - self.solver.coarsest_level()];
-        let rows = residual.iter_mut().zip(deltas).zip(&self.areas).zip(scales_per_area);
-        for (((residual, delta), area), scale_per_area) in rows {
-            *residual = detail * (*area * *scale_per_area * *delta - *residual);
-        }
+        put_residual(detail, &self.areas, scales_per_area, deltas, residual);
     }
 
     /// Triangles of the finest level.

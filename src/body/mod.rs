@@ -1,11 +1,9 @@
 //! SMPL-family bodies: shape space, skeleton, skinning.
 
-mod joint_names;
 mod read;
-mod rig;
 
-pub use joint_names::SMPL_JOINT_NAMES;
-pub use rig::{Pose, Rig, Skin, posed_from_rest, put_posed_from_rest};
+pub use crease_posing::joint_names::SMPL_JOINT_NAMES;
+pub use crease_posing::rig::{Pose, Rig, Skin, posed_from_rest, put_posed_from_rest};
 
 use crate::mesh::Triangle;
 use glam::Vec3A;

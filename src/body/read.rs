@@ -1,10 +1,10 @@
 //! Bodies from `.npz` and from SMPL's own `.pkl`, validated in full.
 
-use super::joint_names::joint_names;
 use super::{Body, Skin, TextureCoordinates};
 use crate::memory::MemoryLimit;
 use crate::mesh::Triangle;
 use crate::numpy::{Archive, Field, ReadError};
+use crease_posing::joint_names::joint_names;
 use glam::Vec3A;
 
 /// Skinning weights and regressor rows may sum to 1 up to this: files hold float16 at worst.

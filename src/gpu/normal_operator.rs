@@ -1,6 +1,7 @@
 //! A = c LᵀL + BᵀB on one level, and its smoother.
 
 use super::kernel::{Dispatch, Kernel, Shader, storage_of, uniform_of, vectors};
+use super::sparse::entries;
 use super::topology::GpuRings;
 use crate::mesh::{Adjacency, Subdivision};
 use crate::solver::OperatorParts;
@@ -57,7 +58,7 @@ impl GpuOperator {
             level: uniform_of(device, "operator", &[operator.scale, weights[0], weights[1], 0.0]),
             rings: GpuRings::new(device, &Adjacency::new(vertex_count, subdivision.triangles(level))),
             anchor_offsets: storage_of(device, "operator: anchors' offsets", &anchors.offsets),
-            anchor_entries: storage_of(device, "operator: anchors", &anchors.entries()),
+            anchor_entries: storage_of(device, "operator: anchors", &entries(&anchors)),
             scaling: storage_of(device, "operator: scaling", scaling),
             middle: vectors(device, "operator: middle", vertex_count),
             vertex_count,

@@ -1,10 +1,9 @@
 //! Turning δ from the rest pose's frame into the posed one.
 
 use super::kernel::{Dispatch, Shader, storage_of};
-use super::sparse::stencils;
+use super::sparse::{entries, stencils};
 use crate::body::Skin;
-use crate::mesh::sparse::SparseMatrix;
-use crate::mesh::{Scheme, Subdivision};
+use crate::mesh::{Scheme, SparseMatrix, Subdivision};
 use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
@@ -26,7 +25,7 @@ pub(super) fn rotate(
         &[
             (0, frame),
             (1, &storage_of(device, "rotation: offsets", &influences.offsets)),
-            (2, &storage_of(device, "rotation: influences", &influences.entries())),
+            (2, &storage_of(device, "rotation: influences", &entries(&influences))),
             (3, vectors),
         ],
     )

@@ -1,8 +1,7 @@
 //! Sparse matrices on the GPU: subdivision, restriction, prolongation.
 
 use super::kernel::{Dispatch, Kernel, Shader, numbered, storage_of};
-use crate::mesh::sparse::SparseMatrix;
-use crate::mesh::{Scheme, Subdivision};
+use crate::mesh::{Scheme, SparseMatrix, Subdivision};
 use crate::wgsl::wgsl;
 use wgpu::{Buffer, Device};
 
@@ -26,23 +25,21 @@ impl GpuMatrix {
     pub fn new(device: &Device, matrix: &SparseMatrix) -> Self {
         Self {
             offsets: storage_of(device, "matrix: offsets", &matrix.offsets),
-            entries: storage_of(device, "matrix: entries", &matrix.entries()),
+            entries: storage_of(device, "matrix: entries", &entries(matrix)),
             row_count: matrix.row_count(),
         }
     }
 }
 
-impl SparseMatrix {
-    /// (column, bits of the value), as the shaders read them.
-    pub(super) fn entries(&self) -> Vec<[u32; 2]> {
-        self.columns.iter().zip(&self.values).map(|(&column, value)| [column, value.to_bits()]).collect()
-    }
+/// (column, bits of the value), as the shaders read them.
+pub(super) fn entries(matrix: &SparseMatrix) -> Vec<[u32; 2]> {
+    matrix.columns.iter().zip(&matrix.values).map(|(&column, value)| [column, value.to_bits()]).collect()
 }
 
 /// What [`Subdivision::refine`] applies, from `level` to the next.
 pub(super) fn stencils(subdivision: &Subdivision, scheme: Scheme, level: usize) -> SparseMatrix {
     if scheme == Scheme::Loop {
-        return subdivision.loop_stencils(level).matrix();
+        return subdivision.loop_matrix(level);
     }
     let (coarse_count, edges) = (subdivision.vertex_count(level), subdivision.edges(level));
     let row_count = coarse_count + edges.len();

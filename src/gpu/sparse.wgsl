@@ -1,5 +1,5 @@
 // A sparse matrix in compressed rows times a field: subdivision, restriction, prolongation.
-// Twin: `mesh::sparse::SparseMatrix::apply` and `add_product`.
+// Twin: `mesh::SparseMatrix::apply` and `add_product`.
 @group(0) @binding(0) var<storage, read> offsets: array<u32>;
 // (column, value's bits)
 @group(0) @binding(1) var<storage, read> entries: array<vec2u>;

@@ -24,7 +24,7 @@ pub fn run(toolchain: Toolchain) -> Result<()> {
 
 /// Debian's compiler comes without clippy: there the wasm code is checked by the compiler alone.
 fn wasm_lint(toolchain: Toolchain) -> Command {
-    let what = ["--package", "crease", "--lib", "--no-default-features", "--features", "web"];
+    let what = ["--package", "crease-module", "--lib"];
     match toolchain {
         Toolchain::Active => {
             let mut clippy = toolchain.cargo("clippy");

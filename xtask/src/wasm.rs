@@ -21,11 +21,11 @@ const WASM_FEATURES: [&str; 7] = [
     "--enable-multivalue",
 ];
 
-/// Every copy that is inlined is downloaded. What frames spend their time in is marked `#[inline]` or called from one place, and is inlined
-/// all the same: a frame takes as long as with the compiler's own threshold.
+/// Every copy that is inlined is downloaded. What frames spend their time in is inlined within its own crate, or called from one place: a
+/// frame takes as long as with the compiler's own threshold.
 const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=40"];
 
-/// Builds `crease` with its `web` feature into web/pkg/. Does nothing beyond asking cargo when nothing changed.
+/// Builds `crease-module` into web/pkg/. Does nothing beyond asking cargo when nothing changed.
 pub fn build(toolchain: Toolchain) -> Result<()> {
     let compiled = progress::aloud("Compiling the wasm module", || {
         compile(toolchain, workspace::root(), &workspace::wasm_target())
@@ -40,11 +40,9 @@ pub fn build(toolchain: Toolchain) -> Result<()> {
 
 fn compile(toolchain: Toolchain, root: &Path, target: &Path) -> Result<PathBuf> {
     let mut cargo = toolchain.cargo_in(root, target, "rustc");
-    cargo.args(["--package", "crease", "--lib", "--no-default-features", "--features", "web"]);
-    // Asked for here alone: Cargo gives a library of two kinds one name, whoever builds it, and builds would take each other's.
-    cargo.args(["--crate-type", "cdylib", "--profile", "web", "--"]);
+    cargo.args(["--package", "crease-module", "--lib", "--profile", "web", "--"]);
     command::run(cargo.args(CODE_GENERATION))?;
-    Ok(toolchain.output_folder(target, "web").join("crease.wasm"))
+    Ok(toolchain.output_folder(target, "web").join("crease_module.wasm"))
 }
 
 /// The finished module, built from clean by the repository at `root`, whose folder is as good as any.

@@ -1,7 +1,7 @@
 //! Whether finite weights give finite values: what no look at the numbers of a file tells.
 
 use super::{Domain, Scratch, SurfaceFunction};
-use crate::body::Pose;
+use crate::rig::Pose;
 use glam::Vec3A;
 
 /// Vertices at which perceptrons are looked at; all of them would take seconds.

@@ -4,7 +4,7 @@ use crate::mesh::Adjacency;
 
 /// The entries below the diagonal of L in P A Pᵀ = L D Lᵀ, by columns; rows ascend within a column.
 #[derive(Clone, Debug)]
-pub(crate) struct FactorPattern {
+pub struct FactorPattern {
     /// `offsets[j]..offsets[j + 1]` is column j of `rows`.
     pub offsets: Vec<u32>,
     pub rows: Vec<u32>,

@@ -1,19 +1,23 @@
 //! Sparse matrices in compressed rows.
 
-#[cfg(test)]
+#[cfg(any(test, feature = "fixture"))]
 use glam::Vec3A;
 
 /// A sparse matrix; columns ascend within a row.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SparseMatrix {
+pub struct SparseMatrix {
     /// `offsets[i]..offsets[i + 1]` is row i of `columns` and `values`.
     pub offsets: Vec<u32>,
+    /// Of each entry.
     pub columns: Vec<u32>,
+    /// The entries, row by row.
     pub values: Vec<f32>,
+    /// Number of columns.
     pub column_count: usize,
 }
 
 impl SparseMatrix {
+    /// No rows yet, and room for so many.
     pub fn with_capacity(row_count: usize, entry_count: usize, column_count: usize) -> Self {
         let mut offsets = Vec::with_capacity(row_count + 1);
         offsets.push(0);
@@ -25,6 +29,7 @@ impl SparseMatrix {
         }
     }
 
+    /// Number of rows.
     pub fn row_count(&self) -> usize {
         self.offsets.len() - 1
     }
@@ -44,7 +49,7 @@ impl SparseMatrix {
     }
 
     /// out = M x.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "fixture"))]
     pub fn apply(&self, x: &[Vec3A], out: &mut [Vec3A]) {
         assert_eq!((x.len(), out.len()), (self.column_count, self.row_count()));
         for (i, out) in out.iter_mut().enumerate() {
@@ -52,6 +57,7 @@ impl SparseMatrix {
         }
     }
 
+    /// Mᵀ.
     pub fn transposed(&self) -> Self {
         let mut offsets = vec![0u32; self.column_count + 1];
         for &column in &self.columns {

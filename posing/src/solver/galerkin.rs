@@ -3,7 +3,7 @@
 #[cfg(feature = "factor")]
 use crate::laplacian::reciprocal_valences;
 #[cfg(feature = "factor")]
-use crate::mesh::sparse::SparseMatrix;
+use crate::mesh::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
 
 /// Which vertices of level 0 the Galerkin operator may couple: those at most three edges apart; two where nothing is subdivided. A vertex'

@@ -1,6 +1,6 @@
 //! The pose mask: which joints a surface point listens to (paper Eq. pose_feature).
 
-use crate::body::Skin;
+use crate::rig::Skin;
 
 /// A set of joints, one bit a joint. The root is never in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default, serde::Serialize, serde::Deserialize)]
@@ -77,7 +77,7 @@ pub fn vertex_masks(skin: &Skin) -> Vec<PoseMask> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::SMPL_JOINT_NAMES;
+    use crate::joint_names::SMPL_JOINT_NAMES;
 
     fn joint(name: &str) -> usize {
         SMPL_JOINT_NAMES.iter().position(|&n| n == name).unwrap()

@@ -25,7 +25,7 @@ pub struct Rig {
     pub joint_names: Vec<String>,
     /// Skinning weights.
     pub skin: Skin,
-    /// Pose blend shapes, if the model has them (see [`super::Body::pose_directions`]).
+    /// Pose blend shapes, if the model has them (see `Body::pose_directions`).
     pub pose_directions: Option<Vec<Vec<Vec3A>>>,
 }
 

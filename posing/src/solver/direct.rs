@@ -92,7 +92,6 @@ impl DirectSolver {
     }
 
     /// L below its diagonal, column by column, as the file has it.
-    #[cfg(feature = "gpu")]
     pub fn columns(&self) -> (FactorPattern, Vec<f32>) {
         let mut pattern = FactorPattern { offsets: vec![0], rows: Vec::new() };
         let mut entries = Vec::new();

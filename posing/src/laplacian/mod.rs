@@ -5,5 +5,6 @@ mod operator;
 
 pub use anchors::sample_elimination;
 pub use operator::{
-    apply_topological, apply_topological_transposed, reciprocal_valence, reciprocal_valences, scale_per_area,
+    apply_topological, apply_topological_transposed, put_residual, reciprocal_valence, reciprocal_valences,
+    scale_per_area,
 };

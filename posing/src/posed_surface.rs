@@ -1,7 +1,7 @@
 //! The posed body on every level of its subdivision.
 
-use crate::body::{Pose, Rig, put_posed_from_rest};
 use crate::mesh::{Scheme, Subdivision};
+use crate::rig::{Pose, Rig, put_posed_from_rest};
 use glam::{Affine3A, Mat3A, Vec3A};
 
 /// Positions and rotations of all levels for one pose, in memory that is reused from pose to pose.
@@ -48,10 +48,7 @@ impl PosedSurface {
             *blended = rig.skin.blend(vertex, &self.posed_from_rest);
             *position = blended.transform_point3a(*position);
         }
-        for coarse_level in 0..level {
-            let (coarse, fine) = self.positions.split_at_mut(coarse_level + 1);
-            subdivision.refine(scheme, coarse_level, &coarse[coarse_level], &mut fine[0]);
-        }
+        subdivision.refine_upwards(scheme, 0, &mut self.positions[..=level]);
     }
 
     /// Positions of the vertices of `level`, metres.
@@ -75,5 +72,12 @@ impl PosedSurface {
             subdivision.refine(Scheme::Midpoint, coarse_level, &coarse[coarse_level], &mut fine[0]);
         }
         &self.rotations[level]
+    }
+
+    /// Takes `vectors` at the vertices of `level` from the rest pose's frame to the posed one.
+    pub fn turn(&mut self, subdivision: &Subdivision, level: usize, vectors: &mut [Vec3A]) {
+        for (vector, rotation) in vectors.iter_mut().zip(self.rotations(subdivision, level)) {
+            *vector = *rotation * *vector;
+        }
     }
 }

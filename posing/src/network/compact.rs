@@ -5,8 +5,8 @@
 //! that the value is continuous over the surface.
 
 use super::Scratch;
-use crate::body::Pose;
 use crate::pose_feature::PoseMask;
+use crate::rig::Pose;
 use crate::rotation::six_numbers_from_quat;
 use glam::Vec3A;
 

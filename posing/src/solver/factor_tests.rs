@@ -3,7 +3,7 @@
 use super::direct::DirectSolver;
 use super::factor_pattern::{FactorPattern, inverse_permutation};
 use super::*;
-use crate::mesh::sparse::SparseMatrix;
+use crate::mesh::SparseMatrix;
 use crate::mesh::test_meshes::{grid, icosphere, noise_vectors};
 use half::f16;
 

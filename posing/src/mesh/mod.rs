@@ -4,14 +4,15 @@ mod area;
 pub(crate) mod loop_stencils;
 mod normals;
 pub(crate) mod rings;
-pub(crate) mod sparse;
+mod sparse;
 mod subdivision;
-#[cfg(test)]
-pub(crate) mod test_meshes;
+#[cfg(any(test, feature = "fixture"))]
+pub mod test_meshes;
 mod topology;
 
 pub use area::mixed_voronoi_areas;
 pub use normals::vertex_normals;
+pub use sparse::SparseMatrix;
 pub use subdivision::{Scheme, Subdivision};
 pub use topology::Adjacency;
 
@@ -33,4 +34,11 @@ pub struct Mesh {
     pub positions: Vec<Vec3A>,
     /// Triangles over `positions`.
     pub triangles: Vec<Triangle>,
+}
+
+/// sum = a + b, as far as all three reach.
+pub fn put_sum(a: &[Vec3A], b: &[Vec3A], sum: &mut [Vec3A]) {
+    for ((sum, a), b) in sum.iter_mut().zip(a).zip(b) {
+        *sum = *a + *b;
+    }
 }

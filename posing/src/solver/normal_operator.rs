@@ -4,14 +4,14 @@
 //! each anchor.
 
 use crate::laplacian::reciprocal_valence;
+use crate::mesh::SparseMatrix;
 use crate::mesh::rings::Rings;
-use crate::mesh::sparse::SparseMatrix;
 use glam::Vec3A;
 use std::sync::Arc;
 
 /// Topology, anchors and the space of one product.
 #[derive(Clone, Debug)]
-pub(crate) struct NormalOperator {
+pub struct NormalOperator {
     rings: Arc<Rings>,
     /// 1/N of each vertex.
     pub reciprocal_valences: Vec<f32>,
@@ -24,7 +24,7 @@ pub(crate) struct NormalOperator {
 }
 
 impl NormalOperator {
-    pub fn new(rings: Arc<Rings>, scale: f32, anchors: SparseMatrix) -> Self {
+    pub(crate) fn new(rings: Arc<Rings>, scale: f32, anchors: SparseMatrix) -> Self {
         let reciprocal_valences: Vec<f32> = rings.valences().into_iter().map(reciprocal_valence).collect();
         Self { middle: vec![Vec3A::ZERO; reciprocal_valences.len()], rings, reciprocal_valences, scale, anchors }
     }

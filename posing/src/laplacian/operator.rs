@@ -52,6 +52,14 @@ pub fn scale_per_area(valence: usize) -> f32 {
     }
 }
 
+/// r = `detail` (s δ − r), s the area times [`scale_per_area`], at each of the vertices that `residual` has.
+pub fn put_residual(detail: f32, areas: &[f32], scales_per_area: &[f32], deltas: &[Vec3A], residual: &mut [Vec3A]) {
+    let rows = residual.iter_mut().zip(deltas).zip(areas).zip(scales_per_area);
+    for (((residual, delta), area), scale_per_area) in rows {
+        *residual = detail * (*area * *scale_per_area * *delta - *residual);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

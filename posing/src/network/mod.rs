@@ -9,8 +9,8 @@ pub use compact::{Compact, Region, matern, six_numbers};
 pub use domain::Domain;
 pub use mlp::{Layer, Mlp};
 
-use crate::body::Pose;
 use crate::pose_feature::PoseMask;
+use crate::rig::Pose;
 use glam::Vec3A;
 
 /// A function of surface point and pose, in the canonical (T-pose) frame.

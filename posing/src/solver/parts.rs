@@ -3,10 +3,10 @@
 use super::Solver;
 use super::factor_pattern::FactorPattern;
 use super::normal_operator::NormalOperator;
-use crate::mesh::sparse::SparseMatrix;
+use crate::mesh::SparseMatrix;
 
 /// A = c LᵀL + BᵀB on a level; L is that of its triangles.
-pub(crate) struct OperatorParts<'a> {
+pub struct OperatorParts<'a> {
     /// c
     pub scale: f32,
     /// B
@@ -14,7 +14,8 @@ pub(crate) struct OperatorParts<'a> {
 }
 
 /// A level above the coarsest. Loop's stencils lead there and their transpose back.
-pub(crate) struct LevelParts<'a> {
+pub struct LevelParts<'a> {
+    /// The operator of the level.
     pub operator: OperatorParts<'a>,
     /// a of the smoother a (α N + β K) a.
     pub scaling: &'a [f32],
@@ -25,7 +26,7 @@ pub(crate) struct LevelParts<'a> {
 }
 
 /// P A₀ Pᵀ = L D Lᵀ.
-pub(crate) struct FactorParts<'a> {
+pub struct FactorParts<'a> {
     /// The vertex that each step removes.
     pub permutation: &'a [u32],
     /// D⁻¹
@@ -38,12 +39,12 @@ pub(crate) struct FactorParts<'a> {
 
 impl Solver {
     /// The operator of the finest level.
-    pub(crate) fn operator_parts(&self) -> OperatorParts<'_> {
+    pub fn operator_parts(&self) -> OperatorParts<'_> {
         parts(&self.operators[0])
     }
 
     /// Levels above the coarsest, finest first.
-    pub(crate) fn level_parts(&self) -> impl Iterator<Item = LevelParts<'_>> {
+    pub fn level_parts(&self) -> impl Iterator<Item = LevelParts<'_>> {
         self.preconditioner.levels.iter().zip(&self.operators).map(|(level, operator)| LevelParts {
             operator: parts(operator),
             scaling: &level.scaling,
@@ -53,7 +54,7 @@ impl Solver {
     }
 
     /// The coarsest level's factor.
-    pub(crate) fn factor_parts(&self) -> FactorParts<'_> {
+    pub fn factor_parts(&self) -> FactorParts<'_> {
         let solver = &self.preconditioner.coarsest;
         let (pattern, values) = solver.columns();
         FactorParts {

@@ -1,8 +1,8 @@
 //! Query points and pose masks of a subdivision level's vertices: constant in time.
 
-use crate::body::Skin;
 use crate::mesh::Subdivision;
 use crate::pose_feature::{PoseMask, vertex_masks};
+use crate::rig::Skin;
 use glam::Vec3A;
 
 /// Q(v) and the mask of θ̄(v) for each vertex of one level.

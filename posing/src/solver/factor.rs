@@ -5,7 +5,7 @@ use super::factor_pattern::FactorPattern;
 #[cfg(feature = "factor")]
 use super::galerkin;
 #[cfg(feature = "factor")]
-use crate::mesh::{Adjacency, Subdivision, sparse::SparseMatrix};
+use crate::mesh::{Adjacency, SparseMatrix, Subdivision};
 use half::f16;
 
 /// P A₀ Pᵀ = L D Lᵀ of the Galerkin operator on level 0.

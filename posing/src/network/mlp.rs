@@ -1,9 +1,9 @@
 //! Plain multilayer perceptrons, any width and depth, ReLU between layers.
 
 use super::{Domain, Scratch};
-use crate::body::Pose;
 use crate::encoding::PositionalEncoding;
 use crate::pose_feature::PoseMask;
+use crate::rig::Pose;
 use crate::rotation::axis_angle_from_quat;
 use glam::Vec3A;
 

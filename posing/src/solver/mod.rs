@@ -10,15 +10,13 @@ mod galerkin;
 mod history;
 mod multigrid;
 mod normal_operator;
-#[cfg(feature = "gpu")]
 mod parts;
 
 pub use factor::{CoarseFactor, FactorError};
-#[cfg(feature = "gpu")]
-pub(crate) use parts::{FactorParts, LevelParts, OperatorParts};
+pub use parts::{FactorParts, LevelParts, OperatorParts};
 
+use crate::mesh::SparseMatrix;
 use crate::mesh::rings::Rings;
-use crate::mesh::sparse::SparseMatrix;
 use crate::mesh::{Adjacency, Subdivision};
 use direct::DirectSolver;
 use glam::Vec3A;
@@ -116,7 +114,7 @@ impl Solver {
     }
 
     /// The same before there is a solver: level 0 belongs to the direct solve, unless it is all there is.
-    pub(crate) fn coarsest_level_of(finest_level: usize) -> usize {
+    pub fn coarsest_level_of(finest_level: usize) -> usize {
         finest_level.min(1)
     }
 
@@ -208,17 +206,20 @@ fn divide(a: Vec3A, b: Vec3A) -> Vec3A {
 }
 
 /// What tests of another implementation compare with.
-#[cfg(all(test, feature = "gpu"))]
+#[cfg(feature = "fixture")]
 impl Solver {
-    pub(crate) fn operator(&self, level_below_finest: usize) -> NormalOperator {
+    /// A on a level, counted from the finest.
+    pub fn operator(&self, level_below_finest: usize) -> NormalOperator {
         self.operators[level_below_finest].clone()
     }
 
-    pub(crate) fn solve_coarsest(&mut self, b: &[Vec3A], x: &mut [Vec3A]) {
+    /// Solves on the coarsest level.
+    pub fn solve_coarsest(&mut self, b: &[Vec3A], x: &mut [Vec3A]) {
         self.preconditioner.coarsest.solve(b, x);
     }
 
-    pub(crate) fn precondition(&mut self, r: &[Vec3A]) -> &[Vec3A] {
+    /// One V-cycle from the finest level.
+    pub fn precondition(&mut self, r: &[Vec3A]) -> &[Vec3A] {
         self.preconditioner.apply(&mut self.operators, r)
     }
 }

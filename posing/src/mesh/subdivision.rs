@@ -5,6 +5,7 @@
 //! l + 1 and in the same orientation, its corners [a, ab, ca], [b, bc, ab], [c, ca, bc] and its middle [ab, bc, ca].
 
 use super::loop_stencils::LoopStencils;
+use super::sparse::SparseMatrix;
 use super::{Adjacency, Triangle, VertexValue};
 use glam::Vec3A;
 use std::sync::Arc;
@@ -91,6 +92,14 @@ impl Subdivision {
         }
     }
 
+    /// Points carried up level by level, from the first of `levels`, which stands on the vertices of `first`, to the last.
+    pub fn refine_upwards(&self, scheme: Scheme, first: usize, levels: &mut [Vec<Vec3A>]) {
+        for at in 1..levels.len() {
+            let (coarser, finer) = levels.split_at_mut(at);
+            self.refine(scheme, first + at - 1, &coarser[at - 1], &mut finer[0]);
+        }
+    }
+
     /// Transpose of [`Self::refine`]: `coarse = Pᵀ fine`.
     pub fn restrict(&self, scheme: Scheme, level: usize, fine: &[Vec3A], coarse: &mut [Vec3A]) {
         let Refinement { edges, stencils, .. } = &self.refinements[level];
@@ -105,6 +114,11 @@ impl Subdivision {
                 }
             }
         }
+    }
+
+    /// What [`Self::refine`] applies by Loop's stencils, as a matrix.
+    pub fn loop_matrix(&self, level: usize) -> SparseMatrix {
+        self.loop_stencils(level).matrix()
     }
 
     /// Loop's stencils from `level` to `level + 1`.

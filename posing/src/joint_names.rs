@@ -32,7 +32,7 @@ const SHARED_COUNT: usize = 22;
 const FINGERS: [&str; 5] = ["index", "middle", "pinky", "ring", "thumb"];
 
 /// Names for a skeleton of `count` joints: SMPL's (24), SMPL-H's (52), SMPL-X's (55); beyond those, numbers.
-pub(super) fn joint_names(count: usize) -> Vec<String> {
+pub fn joint_names(count: usize) -> Vec<String> {
     let mut names: Vec<String> = SMPL_JOINT_NAMES[..SHARED_COUNT].iter().map(ToString::to_string).collect();
     match count {
         52 => names.extend(fingers()),

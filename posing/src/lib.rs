@@ -8,6 +8,7 @@ pub mod joint_names;
 pub mod laplacian;
 pub mod mesh;
 pub mod network;
+pub mod order;
 pub mod pose_feature;
 pub mod posed_surface;
 pub mod rig;

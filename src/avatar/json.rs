@@ -214,7 +214,13 @@ fn free(value: &Parsed) -> serde_json::Value {
         }
         Value::String(text) => text.as_ref().into(),
         Value::Array(entries) => entries.iter().map(free).collect(),
-        Value::Object(members) => members.iter().map(|(name, value)| (name.as_ref(), free(value))).collect(),
+        Value::Object(members) => {
+            let mut freed = serde_json::Map::new();
+            for (name, value) in members {
+                freed.insert(name.to_string(), free(value));
+            }
+            freed.into()
+        }
     }
 }
 

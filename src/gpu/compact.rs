@@ -3,6 +3,7 @@
 use super::kernel::{Dispatch, Shader, storage, storage_of};
 use crate::network::Compact;
 use crate::wgsl::wgsl;
+use crease_posing::order::places_by;
 use wgpu::{Buffer, Device};
 
 /// WGSL of the pass.
@@ -120,9 +121,7 @@ impl Packed {
     }
 
     fn add_rows(&mut self, function: &Compact, places: &[(usize, usize)], vertex_count: usize) {
-        let mut order: Vec<u32> = (0..function.row_vertices.len() as u32).collect();
-        order.sort_by_key(|&row| function.row_vertices[row as usize]);
-        let mut order = order.into_iter().map(|row| row as usize).peekable();
+        let mut order = places_by(function.row_vertices.iter().copied()).peekable();
         for vertex in 0..vertex_count {
             self.row_offsets.push(self.rows.len() as u32);
             while let Some(row) = order.next_if(|&row| function.row_vertices[row] as usize == vertex) {

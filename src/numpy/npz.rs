@@ -5,7 +5,7 @@ use crate::inflate::{Wrapping, inflate};
 use crate::memory::Allowance;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use rawzip::{CompressionMethod, ZipArchive, ZipArchiveWriter, ZipFileHeaderRecord, ZipSliceArchive};
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::io::Write;
 
 /// Zip's checksum, without a table: a page would have to download it.
@@ -45,9 +45,9 @@ impl<'a> Npz<'a> {
             let path = std::str::from_utf8(path.as_ref()).ok()?;
             path.strip_suffix(".npy").map(ToOwned::to_owned)
         };
-        let mut names: Vec<String> = self.zip.entries().flatten().filter_map(name).collect();
-        names.sort();
-        names
+        let mut names = BTreeSet::new();
+        names.extend(self.zip.entries().flatten().filter_map(name));
+        names.into_iter().collect()
     }
 
     /// Reads an array, if there is one of that name.

@@ -5,6 +5,7 @@
 
 use crate::avatar::{Appearance, AvatarError};
 use crate::mesh::{Scheme, Subdivision, Triangle, VertexValue};
+use crease_posing::order::sort;
 use glam::{Vec2, Vec3};
 
 /// What never changes about a drawn vertex.
@@ -74,10 +75,10 @@ impl DrawnSurface {
 /// The edges of `triangles`, each once.
 pub fn edges(triangles: &[Triangle]) -> Vec<[u32; 2]> {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    edges.sort_unstable();
+    let mut edges: Vec<u64> = sides.map(|[a, b]| u64::from(a.min(b)) << 32 | u64::from(a.max(b))).collect();
+    sort(&mut edges);
     edges.dedup();
-    edges
+    edges.into_iter().map(|edge| [(edge >> 32) as u32, edge as u32]).collect()
 }
 
 /// Each subdivision makes four triangles of one.

@@ -3,6 +3,7 @@
 use super::rings::Rings;
 use super::sparse::SparseMatrix;
 use super::{Adjacency, Triangle, VertexValue};
+use crate::order::places_by;
 use glam::Vec3A;
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -163,7 +164,7 @@ impl LoopStencils {
         let entry_count = 7 * self.coarse_count() + 4 * self.edges.len();
         let mut matrix = SparseMatrix::with_capacity(self.fine_count(), entry_count, self.coarse_count());
         for fine in 0..self.fine_count() {
-            matrix.push_row(&mut merged(self.row(fine)));
+            matrix.push_row(&mut merged(&self.row(fine)));
         }
         matrix
     }
@@ -175,23 +176,23 @@ impl LoopStencils {
             let scaled = |(fine, value): (u32, f32)| {
                 self.row(fine as usize).into_iter().map(move |(coarse, weight)| (coarse, weight * value))
             };
-            product.push_row(&mut merged(few.row(i).flat_map(scaled).collect()));
+            product.push_row(&mut merged(&few.row(i).flat_map(scaled).collect::<Vec<_>>()));
         }
         product
     }
 }
 
 /// The entries with each column once, ascending.
-fn merged(mut entries: Vec<(u32, f32)>) -> Vec<(u32, f32)> {
-    entries.sort_unstable_by_key(|&(column, _)| column);
-    entries.dedup_by(|from, into| {
-        let is_same = from.0 == into.0;
-        if is_same {
-            into.1 += from.1;
+fn merged(entries: &[(u32, f32)]) -> Vec<(u32, f32)> {
+    let mut merged: Vec<(u32, f32)> = Vec::with_capacity(entries.len());
+    for place in places_by(entries.iter().map(|&(column, _)| column)) {
+        let (column, value) = entries[place];
+        match merged.last_mut() {
+            Some(last) if last.0 == column => last.1 += value,
+            _ => merged.push((column, value)),
         }
-        is_same
-    });
-    entries
+    }
+    merged
 }
 
 /// Loop's weight of one neighbour of an inner vertex.

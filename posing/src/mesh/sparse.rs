@@ -36,7 +36,14 @@ impl SparseMatrix {
 
     /// Appends a row; the entries are sorted here and must name each column once.
     pub fn push_row(&mut self, entries: &mut [(u32, f32)]) {
-        entries.sort_unstable_by_key(|&(column, _)| column);
+        // Rows come in order, or nearly.
+        for end in 1..entries.len() {
+            let mut at = end;
+            while at > 0 && entries[at - 1].0 > entries[at].0 {
+                entries.swap(at - 1, at);
+                at -= 1;
+            }
+        }
         self.columns.extend(entries.iter().map(|&(column, _)| column));
         self.values.extend(entries.iter().map(|&(_, value)| value));
         self.offsets.push(self.columns.len() as u32);

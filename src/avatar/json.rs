@@ -1,6 +1,7 @@
 //! JSON that knows where it stands in its file, so that what is wrong with it can be named.
 
 use super::AvatarError;
+use crate::decimal;
 use hifijson::value::{Value, parse_bounded};
 use hifijson::{SliceLexer, token::Lex};
 use std::borrow::Cow;
@@ -153,8 +154,9 @@ impl FromJson for u32 {
 
 impl FromJson for f32 {
     fn from_json(json: &Json) -> Result<Self, AvatarError> {
-        let number = json.number("a number")?;
-        if f32::is_finite(number) { Ok(number) } else { Err(json.expected("a number that 32 bits can hold")) }
+        let Some(Value::Number((digits, _))) = json.value else { return Err(json.expected("a number")) };
+        let number = decimal::parse(digits).map(|number| number as f32).filter(|number| number.is_finite());
+        number.ok_or_else(|| json.expected("a number that 32 bits can hold"))
     }
 }
 
@@ -210,7 +212,7 @@ fn free(value: &Parsed) -> serde_json::Value {
         Value::Bool(flag) => (*flag).into(),
         Value::Number((digits, _)) => {
             let whole = digits.parse::<u64>().map(Into::into).or_else(|_| digits.parse::<i64>().map(Into::into));
-            whole.unwrap_or_else(|_| digits.parse::<f64>().unwrap_or(f64::NAN).into())
+            whole.unwrap_or_else(|_| decimal::parse(digits).unwrap_or(f64::NAN).into())
         }
         Value::String(text) => text.as_ref().into(),
         Value::Array(entries) => entries.iter().map(free).collect(),

@@ -2,6 +2,7 @@
 
 use super::machine::Machine;
 use super::{Node, literal};
+use crate::decimal;
 use crate::numpy::ReadError;
 use std::borrow::Cow;
 
@@ -77,7 +78,7 @@ impl<'a> Machine<'a, '_> {
 
     pub(super) fn decimal_float(&mut self) -> Result<(), ReadError> {
         let text = self.take_line()?;
-        let number = text.parse().map_err(|_| self.error("a number", quoted(text)))?;
+        let number = decimal::parse(text).ok_or_else(|| self.error("a number", quoted(text)))?;
         self.push(Node::Float(number))
     }
 

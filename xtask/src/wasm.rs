@@ -21,9 +21,9 @@ const WASM_FEATURES: [&str; 7] = [
     "--enable-multivalue",
 ];
 
-/// Every copy that is inlined is downloaded. What frames spend their time in is inlined within its own crate, or called from one place: a
-/// frame takes as long as with the compiler's own threshold.
-const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=40"];
+/// Where all crates are optimised together little more is inlined: every copy is downloaded, and what frames spend their time in has been
+/// inlined within its own crate. A frame takes as long as with the compiler's own threshold.
+const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=5"];
 
 /// Builds `crease-module` into web/pkg/. Does nothing beyond asking cargo when nothing changed.
 pub fn build(toolchain: Toolchain) -> Result<()> {

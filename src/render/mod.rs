@@ -38,4 +38,4 @@ pub use renderer::Renderer;
 pub use scene::Scene;
 pub use surface_vertex::SurfaceVertex;
 pub use targets::SAMPLE_COUNT;
-pub use view::View;
+pub use view::{VALUE_RANGE, View};

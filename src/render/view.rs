@@ -14,3 +14,16 @@ pub enum View {
     /// One number a vertex, in place of its normal: red above zero, blue below.
     Values = 3,
 }
+
+/// With [`View::Values`], numbers from minus this to this take the whole scale of colours; figure.wgsl has it, too.
+pub const VALUE_RANGE: f32 = 10.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shader_has_the_same_range() {
+        assert!(include_str!("figure.wgsl").contains(&format!("const VALUE_RANGE = {VALUE_RANGE:.1};")));
+    }
+}

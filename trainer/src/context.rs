@@ -3,6 +3,7 @@
 use crate::checkpoint::{Checkpoint, Fingerprint, Ingredients};
 use crate::options::TrainOptions;
 use crate::progress::Progress;
+use crate::run_log::RunLog;
 use crate::sequence::{Frame, Sequence};
 use anyhow::{Context, ensure};
 use crease::body::{Body, Pose, Rig};
@@ -55,6 +56,8 @@ pub struct TrainContext {
     pub progress: Progress,
     /// Where results are kept, for a run that is broken off and taken up again.
     pub checkpoint: Checkpoint,
+    /// What the run tells when it is over.
+    pub log: RunLog,
     /// Of scans that were read already: several stages ask, and a run takes its input not to change.
     scans: Mutex<HashMap<Sample, Fingerprint>>,
 }
@@ -114,6 +117,7 @@ impl TrainContext {
             options,
             progress,
             checkpoint: Checkpoint::default(),
+            log: RunLog::default(),
             scans: Mutex::default(),
         })
     }

@@ -27,8 +27,12 @@ enum Command {
     Train(command::train::Arguments),
     /// Measure an avatar against a sequence's ground truth
     Eval(command::eval::Arguments),
+    /// Write a page that shows how close an avatar comes, and where its error lies
+    Report(command::report::Arguments),
     /// Write the meshes of an avatar in motion
     Animate(command::animate::Arguments),
+    /// Draw an avatar in motion: a film, or pictures
+    Render(command::render::Arguments),
     /// Vary one choice of the method and measure what it does
     Ablate(command::ablate::Arguments),
     /// Turn an avatar's perceptrons into tables
@@ -53,7 +57,9 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Train(arguments) => command::train::run(&arguments),
         Command::Eval(arguments) => command::eval::run(&arguments),
+        Command::Report(arguments) => command::report::run(&arguments),
         Command::Animate(arguments) => command::animate::run(&arguments),
+        Command::Render(arguments) => command::render::run(&arguments),
         Command::Ablate(arguments) => command::ablate::run(&arguments),
         Command::Compact(arguments) => command::compact::run(&arguments),
         Command::Transfer(arguments) => command::transfer::detail(&arguments),

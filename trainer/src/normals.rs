@@ -1,6 +1,7 @@
-//! The plane of a neighbourhood.
+//! Normals: of points, by the plane of a neighbourhood, and of surfaces.
 
 use crate::nearest::{NearestPoints, Neighbour};
+use crease::mesh::{Triangle, vertex_normals};
 use glam::Vec3A;
 use parry3d::math::{Mat3, SymmetricEigen3, Vec3};
 use rayon::prelude::*;
@@ -38,6 +39,13 @@ pub(crate) fn principal_frame(points: &[Vec3A], origin: Vec3A, neighbours: &[Nei
     let first = vector(axes.z_axis).reject_from_normalized(normal).try_normalize();
     let first = first.unwrap_or_else(|| normal.any_orthonormal_vector());
     [first, normal.cross(first), normal]
+}
+
+/// Unit normals at the vertices of a mesh.
+pub fn unit_normals(positions: &[Vec3A], triangles: &[Triangle]) -> Vec<Vec3A> {
+    let mut normals = vec![Vec3A::ZERO; positions.len()];
+    vertex_normals(positions, triangles, &mut normals);
+    normals
 }
 
 #[cfg(test)]

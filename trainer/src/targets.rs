@@ -7,7 +7,7 @@ use crate::quadratic::fit_quadratics;
 use crease::animate::PosedSurface;
 use crease::avatar::Form;
 use crease::laplacian::{apply_topological, scale_per_area};
-use crease::mesh::mixed_voronoi_areas;
+use crease::mesh::{Adjacency, Triangle, mixed_voronoi_areas};
 use crease::network::{Scratch, SurfaceFunction};
 use crease::pose_feature::PoseMask;
 use glam::{Mat3A, Vec3A};
@@ -75,7 +75,7 @@ pub fn quadratic_targets(
     let base = surface.finest().to_vec();
     let base_laplacian = match options.form {
         Form::Absolute => None,
-        Form::Relative => Some(operator_laplacian(context, &base, &base)),
+        Form::Relative => Some(operator_laplacian(&context.finest_adjacency, triangles, &base, &base)),
     };
     let rotations: &[Mat3A] = surface.rotations(&context.subdivision, level);
     let located = localise(&points, &normals, &base, triangles, &options.localisation)?;
@@ -110,11 +110,15 @@ pub fn offsets(context: &TrainContext, deformation: &SurfaceFunction, sample: Sa
     offsets
 }
 
-/// δ that the reconstruction's operator on `base` measures of a field on the finest level: L x / s, 1/m.
-pub fn operator_laplacian(context: &TrainContext, base: &[Vec3A], field: &[Vec3A]) -> Vec<Vec3A> {
-    let adjacency = &context.finest_adjacency;
+/// δ that the reconstruction's operator on `base` measures of a field on the same `triangles`, the finest level's: L x / s, 1/m.
+pub fn operator_laplacian(
+    adjacency: &Adjacency,
+    triangles: &[Triangle],
+    base: &[Vec3A],
+    field: &[Vec3A],
+) -> Vec<Vec3A> {
     let mut areas = vec![0.0; base.len()];
-    mixed_voronoi_areas(base, context.subdivision.triangles(context.level_count()), &mut areas);
+    mixed_voronoi_areas(base, triangles, &mut areas);
     let mut laplacian = vec![Vec3A::ZERO; base.len()];
     apply_topological(adjacency, field, &mut laplacian);
     for (k, (value, area)) in laplacian.iter_mut().zip(areas).enumerate() {

@@ -27,9 +27,10 @@ pub struct Facts {
 /// Trains an avatar.
 pub fn train(context: &TrainContext, facts: &Facts) -> anyhow::Result<Avatar> {
     let (deformation_trainer, laplacian_trainer) = strategies(context)?;
-    let deformation = deformation_trainer.train(context)?;
-    let laplacian = laplacian_trainer.train(context, &deformation)?;
-    let appearance = bake(context, &deformation)?;
+    let log = &context.log;
+    let deformation = log.timed("f_d", || deformation_trainer.train(context))?;
+    let laplacian = log.timed("f_l", || laplacian_trainer.train(context, &deformation))?;
+    let appearance = log.timed("texture", || bake(context, &deformation))?;
     assemble(context, facts, deformation, laplacian, appearance)
 }
 

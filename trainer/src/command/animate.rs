@@ -45,6 +45,16 @@ pub enum StageName {
     Detailed,
 }
 
+impl StageName {
+    pub fn stage(self) -> Stage {
+        match self {
+            Self::Body => Stage::Body,
+            Self::Base => Stage::Base,
+            Self::Detailed => Stage::Detailed,
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(arguments.detail.is_finite(), "--detail: expected a finite number, found {}", arguments.detail);
     let mut animator = Animator::new(Arc::new(read_avatar(&arguments.avatar)?))?;
@@ -52,12 +62,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for note in &motion.notes {
         eprintln!("note: {note}");
     }
-    let stage = match arguments.stage {
-        StageName::Body => Stage::Body,
-        StageName::Base => Stage::Base,
-        StageName::Detailed => Stage::Detailed,
-    };
-    let options = Options { stage, detail: arguments.detail, warm_start: true, ..Options::default() };
+    let options =
+        Options { stage: arguments.stage.stage(), detail: arguments.detail, warm_start: true, ..Options::default() };
     let triangles = animator.triangles().to_vec();
     let bar = Progress::Bars.bar("animating", motion.poses.len());
     for (index, pose) in motion.poses.iter().enumerate() {

@@ -10,6 +10,8 @@ pub mod eval;
 pub mod import;
 pub mod inspect;
 pub mod register;
+pub mod render;
+pub mod report;
 pub mod train;
 pub mod transfer;
 

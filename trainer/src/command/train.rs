@@ -23,7 +23,7 @@ pub struct Arguments {
     /// Directories of sequences: sequence.json, body.npz, frames/
     #[arg(required_unless_present_any = ["config", "resume"], value_name = "SEQUENCE")]
     pub sequences: Vec<PathBuf>,
-    /// Where to write the avatar (.glb); the run's options go beside it (.toml)
+    /// Where to write the avatar (.glb); the run's options (.toml) and its log (.csv) go beside it
     #[arg(short, long, required_unless_present_any = ["config", "resume"], value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Body model (.npz or SMPL's .pkl); the open body if left out
@@ -129,6 +129,7 @@ pub fn execute(config: &RunConfig, progress: Progress, kept: &Kept) -> anyhow::R
     let avatar = train(&context, &facts).map_err(|error| how_to_go_on(error, &kept.directory))?;
     let bytes = avatar.write();
     write_whole(output, &bytes)?;
+    context.log.write(&output.with_extension("csv"))?;
     let (frames, seconds) = (context.samples.len(), begin.elapsed().as_secs_f64());
     drop(context);
     if !kept.stays {

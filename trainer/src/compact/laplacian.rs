@@ -160,7 +160,8 @@ fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Samp
         Form::Absolute => fitted.values.clone(),
         Form::Relative => fitted.values.iter().zip(base).map(|(&fitted, &base)| fitted - base).collect(),
     };
-    let mut delta = operator_laplacian(context, base, &wanted);
+    let triangles = context.subdivision.triangles(context.level_count());
+    let mut delta = operator_laplacian(&context.finest_adjacency, triangles, base, &wanted);
     for delta in &mut delta {
         *delta = delta.clamp_length_max(options.compact.clamp);
     }

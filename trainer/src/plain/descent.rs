@@ -129,6 +129,7 @@ impl Descent<'_> {
             context.checkpoint.keep_state(self.name, self.inputs, || state.pack())?;
         }
         context.checkpoint.keep_last_state(self.name, self.inputs, &state.pack())?;
+        context.log.energies(self.title, &state.position.history);
         Ok((state.network, state.position.history))
     }
 

@@ -1,0 +1,67 @@
+//! What an avatar is measured against: the ground truth of a sequence, or its scans where it has none.
+
+use crate::closest::ClosestPoint;
+use crate::nearest::NearestPoints;
+use crate::normals::{point_normals, unit_normals};
+use crate::sequence::{Frame, GroundTruth, Sequence};
+use crease::animate::{Animator, Options, Stage};
+use crease::avatar::Avatar;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// Neighbours whose plane is a point's normal.
+const NORMAL_NEIGHBOURS: usize = 16;
+
+/// Frames of a sequence as points with outward normals.
+pub struct Truth<'a> {
+    sequence: &'a Sequence,
+    is_ground_truth: bool,
+    animator: RefCell<Animator>,
+}
+
+impl<'a> Truth<'a> {
+    /// Of `sequence`, the scans of which are turned outward by the base of `avatar`.
+    pub fn new(sequence: &'a Sequence, avatar: Arc<Avatar>) -> anyhow::Result<Self> {
+        let is_ground_truth = sequence.capture.directory.join("ground_truth").is_dir();
+        Ok(Self { sequence, is_ground_truth, animator: RefCell::new(Animator::new(avatar)?) })
+    }
+
+    /// What it is, for people.
+    pub fn name(&self) -> &'static str {
+        if self.is_ground_truth { "ground truth" } else { "scans themselves, noise and holes and all" }
+    }
+
+    /// What to measure against.
+    pub fn truth(&self, frame: usize) -> anyhow::Result<GroundTruth> {
+        if self.is_ground_truth { Ok(self.sequence.capture.ground_truth(frame)?) } else { self.scan(frame) }
+    }
+
+    /// What the scanner saw; the ground truth where there are no scans.
+    pub fn scan(&self, frame: usize) -> anyhow::Result<GroundTruth> {
+        match self.sequence.capture.scan(frame) {
+            Ok(scan) => self.oriented(scan),
+            Err(_) if self.is_ground_truth => Ok(self.sequence.capture.ground_truth(frame)?),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Estimated normals have no side: the surface's nearest point gives it.
+    fn oriented(&self, scan: Frame) -> anyhow::Result<GroundTruth> {
+        let Frame { points, normals, index, .. } = scan;
+        if let Some(normals) = normals {
+            return Ok(GroundTruth { points, normals });
+        }
+        let mut normals = point_normals(&points, &NearestPoints::new(&points), NORMAL_NEIGHBOURS);
+        let mut animator = self.animator.borrow_mut();
+        let triangles = animator.triangles().to_vec();
+        let options = Options { stage: Stage::Base, ..Options::default() };
+        let surface = animator.animate(&self.sequence.poses[index], &options);
+        let outward = unit_normals(surface, &triangles);
+        for (normal, hit) in normals.iter_mut().zip(ClosestPoint::new(surface, &triangles)?.query_all(&points)) {
+            if normal.dot(hit.interpolate(&triangles, &outward)) < 0.0 {
+                *normal = -*normal;
+            }
+        }
+        Ok(GroundTruth { points, normals })
+    }
+}

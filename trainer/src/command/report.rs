@@ -51,16 +51,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let avatar = Arc::new(read_avatar(&arguments.avatar)?);
     let sequence = open_sequence(&arguments.sequence, arguments.poses.as_ref())?;
     let trained = trained_frames(&avatar, &sequence);
+    let truth = Truth::new(&sequence, Arc::clone(&avatar))?;
     let frames = match arguments.frames {
         Some(frames) => frames.indices(sequence.capture.frame_count)?,
-        None => unseen(sequence.capture.frame_count, &trained),
+        None => unseen(truth.frames(), &trained),
     };
     let mut training_poses: Vec<Pose> = trained.iter().map(|&frame| sequence.poses[frame].clone()).collect();
     for directory in &arguments.trained_on {
         let other = Sequence::open(directory)?;
         training_poses.extend(trained_frames(&avatar, &other).into_iter().map(|frame| other.poses[frame].clone()));
     }
-    let truth = Truth::new(&sequence, Arc::clone(&avatar))?;
     let wishes =
         Wishes { frames: &frames, training_poses: &training_poses, energy_frame_count: arguments.energy_frames };
     let residue = residue(Arc::clone(&avatar), &sequence, |frame| truth.truth(frame), &wishes, Progress::Bars)?;
@@ -106,10 +106,10 @@ fn trained_frames(avatar: &Avatar, sequence: &Sequence) -> Vec<usize> {
     frames.filter_map(index).collect()
 }
 
-/// Frames that were not trained on; all where that leaves none.
-fn unseen(count: usize, trained: &[usize]) -> Vec<usize> {
-    let unseen: Vec<usize> = (0..count).filter(|frame| !trained.contains(frame)).collect();
-    if unseen.is_empty() { (0..count).collect() } else { unseen }
+/// Those of `frames` that were not trained on; all where that leaves none.
+fn unseen(frames: Vec<usize>, trained: &[usize]) -> Vec<usize> {
+    let unseen: Vec<usize> = frames.iter().copied().filter(|frame| !trained.contains(frame)).collect();
+    if unseen.is_empty() { frames } else { unseen }
 }
 
 /// The hardest frames, but for one in the middle, and the adapter that drew them.
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_was_not_trained_on_is_measured() {
-        assert_eq!(unseen(5, &[1, 3]), [0, 2, 4]);
-        assert_eq!(unseen(2, &[0, 1]), [0, 1]);
+        assert_eq!(unseen(vec![0, 1, 2, 4], &[1, 3]), [0, 2, 4]);
+        assert_eq!(unseen(vec![0, 1], &[0, 1]), [0, 1]);
     }
 }

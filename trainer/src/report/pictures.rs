@@ -8,7 +8,7 @@ use crate::studio::{CLAY, Figure, Studio, decoded_texture, splats};
 use crease::animate::{Animator, Options, Stage};
 use crease::body::Pose;
 use crease::mesh::Triangle;
-use crease::render::{DrawnSurface, Scene, VALUE_RANGE, View};
+use crease::render::{DrawnSurface, Follow, Scene, VALUE_RANGE, View};
 use glam::{Quat, Vec3, Vec3A};
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, RgbaImage};
@@ -48,6 +48,8 @@ pub struct Photographer<'a> {
     clay: Figure<'a>,
     dressed: Figure<'a>,
     studio: &'a Studio,
+    /// One for all pictures: figures tell by its revision whether their vertices are new.
+    scene: Scene,
 }
 
 impl<'a> Photographer<'a> {
@@ -63,7 +65,9 @@ impl<'a> Photographer<'a> {
         let [red, green, blue] = CLAY;
         clay.vertices.iter_mut().for_each(|vertex| vertex.colour = [red, green, blue, 255]);
         let clay = studio.figure(&clay, vertex_count, None);
-        Ok(Self { animator, triangles, clay, dressed, studio })
+        let mut scene = Scene::default();
+        scene.camera.set_follow(Follow::Root);
+        Ok(Self { animator, triangles, clay, dressed, studio, scene })
     }
 
     /// Pictures of a frame: its `scan`, which is drawn, and its `truth`, which the error is measured against.
@@ -87,14 +91,15 @@ impl<'a> Photographer<'a> {
         let facing = pose.rotations.first().copied().unwrap_or(Quat::IDENTITY) * Vec3::Z;
         let mut rows = Vec::new();
         for azimuth in AZIMUTHS {
-            let mut scene = Scene::default();
+            let scene = &mut self.scene;
+            scene.view = View::Lit;
             scene.camera.follow(root.into());
             scene.camera.set_orbit(Some(azimuth + facing.x.atan2(facing.z)), None, Some(EYE_METRES), 1.0);
             scene.camera.set_target(Some(Vec3::new(0.0, root.y.clamp(0.4, 1.2), 0.0)));
             scene.camera.jump();
             let mut lit = |figure: &mut Figure, positions: &[Vec3A], normals: &[Vec3A]| {
                 scene.set_figure(positions, normals, 0);
-                jpeg(figure.picture(&scene, SIZE)?)
+                jpeg(figure.picture(scene, SIZE)?)
             };
             let base_normals = unit_normals(&base, &self.triangles);
             let detailed_normals = unit_normals(&detailed, &self.triangles);
@@ -107,7 +112,7 @@ impl<'a> Photographer<'a> {
             ];
             scene.view = View::Values;
             scene.set_figure_of_values(&detailed, &values, 0);
-            pictures[4] = jpeg(self.clay.picture(&scene, SIZE)?)?;
+            pictures[4] = jpeg(self.clay.picture(scene, SIZE)?)?;
             rows.push(Row { frame, pictures });
         }
         Ok(rows)
@@ -138,10 +143,27 @@ fn jpeg(picture: RgbaImage) -> anyhow::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crease::fixture::{bent_pose, compact_avatar};
 
     #[test]
     fn spacing_is_that_of_a_grid() {
         let points: Vec<Vec3A> = (0..400).map(|i| 0.01 * Vec3A::new((i % 20) as f32, (i / 20) as f32, 0.0)).collect();
         assert!((spacing(&points) - 0.01).abs() < 1e-5);
+    }
+
+    #[test]
+    fn every_column_follows_the_pose_from_frame_to_frame() {
+        let studio = Studio::open().unwrap();
+        let avatar = std::sync::Arc::new(compact_avatar());
+        let joint_count = avatar.rig.parents.len();
+        let mut photographer = Photographer::new(&studio, Animator::new(avatar).unwrap()).unwrap();
+        let points = GroundTruth { points: vec![Vec3A::Y; 40], normals: vec![Vec3A::Z; 40] };
+        let mut drawn =
+            |pose: &Pose| photographer.rows(0, pose, &points, &points).unwrap().remove(0).pictures[1..].to_vec();
+        let (bent, rest) = (bent_pose(), Pose::rest(joint_count));
+        let [first, second] = [&bent, &rest].map(&mut drawn);
+        for column in 0..first.len() {
+            assert!(first[column] != second[column], "{}", COLUMNS[1 + column]);
+        }
     }
 }

@@ -31,6 +31,14 @@ impl<'a> Truth<'a> {
         if self.is_ground_truth { "ground truth" } else { "scans themselves, noise and holes and all" }
     }
 
+    /// Frames that there is something to measure against.
+    pub fn frames(&self) -> Vec<usize> {
+        let directory = &self.sequence.capture.directory;
+        let has =
+            |frame: &usize| !self.is_ground_truth || directory.join(format!("ground_truth/{frame:04}.npz")).exists();
+        (0..self.sequence.capture.frame_count).filter(has).collect()
+    }
+
     /// What to measure against.
     pub fn truth(&self, frame: usize) -> anyhow::Result<GroundTruth> {
         if self.is_ground_truth { Ok(self.sequence.capture.ground_truth(frame)?) } else { self.scan(frame) }

@@ -7,6 +7,7 @@ use super::light::Bounds;
 use super::surface_vertex::SurfaceVertex;
 use super::view::View;
 use glam::Vec3A;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Beyond each of these, metres, a wireframe is a level coarser.
 const WIREFRAME_DISTANCES: [f32; 2] = [0.9, 1.8];
@@ -54,7 +55,7 @@ impl Scene {
         self.vertices.clear();
         let pairs = positions.iter().zip(normals);
         self.vertices.extend(pairs.map(|(&position, &normal)| SurfaceVertex::new(position, normal)));
-        self.revision = self.revision.wrapping_add(1);
+        self.revision = next_revision();
     }
 
     /// [`Self::set_figure`] with a number for each vertex in place of its normal, for [`View::Values`].
@@ -64,7 +65,7 @@ impl Scene {
         self.vertices.clear();
         let pairs = positions.iter().zip(values);
         self.vertices.extend(pairs.map(|(&position, &value)| SurfaceVertex::of_value(position, value)));
-        self.revision = self.revision.wrapping_add(1);
+        self.revision = next_revision();
     }
 
     /// The figure is posed on the GPU, `coarser` levels below the finest; the box of `points` (metres) holds it.
@@ -72,7 +73,7 @@ impl Scene {
         self.bounds = Bounds::of(points);
         self.vertices.clear();
         self.coarser = coarser;
-        self.revision = self.revision.wrapping_add(1);
+        self.revision = next_revision();
     }
 
     /// The figure's vertices as shaders read them.
@@ -91,7 +92,7 @@ impl Scene {
         self.coarser + WIREFRAME_DISTANCES.iter().filter(|&&metres| distance > metres).count()
     }
 
-    /// Another number for every figure that was set; 0 before the first.
+    /// Another number for every figure that was set, in this scene or another; 0 before the first.
     pub fn revision(&self) -> u32 {
         self.revision
     }
@@ -100,6 +101,12 @@ impl Scene {
     pub fn globals(&self, aspect: f32) -> Globals {
         Globals::new(&self.camera, aspect, self.bounds, &self.theme, &self.environment, self.view)
     }
+}
+
+/// Whoever draws several scenes must not take one's figure for another's.
+fn next_revision() -> u32 {
+    static LAST: AtomicU32 = AtomicU32::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed).wrapping_add(1)
 }
 
 #[cfg(test)]
@@ -114,6 +121,16 @@ mod tests {
         scene.set_figure(&[Vec3A::X], &[Vec3A::Y], 0);
         assert_ne!(scene.revision(), first);
         assert_eq!(scene.vertices(), [SurfaceVertex::new(Vec3A::X, Vec3A::Y)]);
+    }
+
+    #[test]
+    fn figures_of_two_scenes_are_told_apart() {
+        let [first, second] = std::array::from_fn(|_| {
+            let mut scene = Scene::default();
+            scene.set_figure(&[Vec3A::ZERO], &[Vec3A::Y], 0);
+            scene.revision()
+        });
+        assert_ne!(first, second);
     }
 
     #[test]

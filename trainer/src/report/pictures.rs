@@ -8,7 +8,7 @@ use crate::studio::{CLAY, Figure, Studio, decoded_texture, splats};
 use crease::animate::{Animator, Options, Stage};
 use crease::body::Pose;
 use crease::mesh::Triangle;
-use crease::render::{DrawnSurface, Follow, Scene, VALUE_RANGE, View};
+use crease::render::{DrawnSurface, Scene, VALUE_RANGE, View};
 use glam::{Quat, Vec3, Vec3A};
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, RgbaImage};
@@ -48,8 +48,6 @@ pub struct Photographer<'a> {
     clay: Figure<'a>,
     dressed: Figure<'a>,
     studio: &'a Studio,
-    /// One for all pictures: figures tell by its revision whether their vertices are new.
-    scene: Scene,
 }
 
 impl<'a> Photographer<'a> {
@@ -65,9 +63,7 @@ impl<'a> Photographer<'a> {
         let [red, green, blue] = CLAY;
         clay.vertices.iter_mut().for_each(|vertex| vertex.colour = [red, green, blue, 255]);
         let clay = studio.figure(&clay, vertex_count, None);
-        let mut scene = Scene::default();
-        scene.camera.set_follow(Follow::Root);
-        Ok(Self { animator, triangles, clay, dressed, studio, scene })
+        Ok(Self { animator, triangles, clay, dressed, studio })
     }
 
     /// Pictures of a frame: its `scan`, which is drawn, and its `truth`, which the error is measured against.
@@ -91,15 +87,14 @@ impl<'a> Photographer<'a> {
         let facing = pose.rotations.first().copied().unwrap_or(Quat::IDENTITY) * Vec3::Z;
         let mut rows = Vec::new();
         for azimuth in AZIMUTHS {
-            let scene = &mut self.scene;
-            scene.view = View::Lit;
+            let mut scene = Scene::default();
             scene.camera.follow(root.into());
             scene.camera.set_orbit(Some(azimuth + facing.x.atan2(facing.z)), None, Some(EYE_METRES), 1.0);
             scene.camera.set_target(Some(Vec3::new(0.0, root.y.clamp(0.4, 1.2), 0.0)));
             scene.camera.jump();
             let mut lit = |figure: &mut Figure, positions: &[Vec3A], normals: &[Vec3A]| {
                 scene.set_figure(positions, normals, 0);
-                jpeg(figure.picture(scene, SIZE)?)
+                jpeg(figure.picture(&scene, SIZE)?)
             };
             let base_normals = unit_normals(&base, &self.triangles);
             let detailed_normals = unit_normals(&detailed, &self.triangles);
@@ -112,7 +107,7 @@ impl<'a> Photographer<'a> {
             ];
             scene.view = View::Values;
             scene.set_figure_of_values(&detailed, &values, 0);
-            pictures[4] = jpeg(self.clay.picture(scene, SIZE)?)?;
+            pictures[4] = jpeg(self.clay.picture(&scene, SIZE)?)?;
             rows.push(Row { frame, pictures });
         }
         Ok(rows)

@@ -12,6 +12,7 @@ pub mod avatar;
 #[cfg(all(target_arch = "wasm32", feature = "web"))]
 pub mod bindings;
 pub mod body;
+pub mod colour;
 mod decimal;
 pub mod export;
 #[cfg(any(feature = "fixture", all(test, feature = "factor")))]

@@ -256,14 +256,14 @@ impl Player {
     /// Where the root joint is now, metres.
     pub fn root(&self) -> Vec3 {
         match &self.wanted {
-            Some(wanted) => Vec3::from(self.avatar.rig.rest_joints[0]) + wanted.pose.translation,
+            Some(wanted) => self.avatar.rig.root(&wanted.pose),
             None => self.root_at_clock(),
         }
     }
 
     /// Where the root joint is at the clock's time, whatever was shown last, metres.
     pub fn root_at_clock(&self) -> Vec3 {
-        Vec3::from(self.avatar.rig.rest_joints[0]) + self.pose().translation
+        self.avatar.rig.root(&self.pose())
     }
 
     /// Moves the clock by `seconds` of real time and returns what is to be shown if that changed, for whoever poses the avatar elsewhere.

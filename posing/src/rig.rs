@@ -72,6 +72,13 @@ impl Pose {
     }
 }
 
+impl Rig {
+    /// Where the root joint is in `pose`, metres.
+    pub fn root(&self, pose: &Pose) -> Vec3 {
+        Vec3::from(self.rest_joints[0]) + pose.translation
+    }
+}
+
 /// Rigid transform of each joint from the rest pose to `pose`, translation included.
 pub fn posed_from_rest(rig: &Rig, pose: &Pose) -> Vec<Affine3A> {
     let mut transforms = Vec::new();

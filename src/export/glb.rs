@@ -4,6 +4,7 @@
 
 use super::ExportedMesh;
 use crate::avatar::Glb;
+use crate::colour::linear_byte_from_srgb;
 use glam::Vec3A;
 
 const UNSIGNED_BYTE: u32 = 5121;
@@ -43,7 +44,12 @@ pub(super) fn encode(mesh: &ExportedMesh) -> Vec<u8> {
         picture = format!(r#""textures":[{{"source":0}}],"images":[{{"bufferView":{view},"mimeType":"{mime}"}}],"#);
     } else if !mesh.colours.is_empty() {
         // glTF's colours are linear.
-        let data: Vec<u8> = mesh.colours.iter().flat_map(|&[r, g, b]| [linear(r), linear(g), linear(b), 255]).collect();
+        let data: Vec<u8> = mesh
+            .colours
+            .iter()
+            .map(|colour| colour.map(linear_byte_from_srgb))
+            .flat_map(|[r, g, b]| [r, g, b, 255])
+            .collect();
         let normalized = r#","normalized":true"#;
         let colours = buffer.accessor(&data, ARRAY_BUFFER, UNSIGNED_BYTE, "VEC4", count, normalized);
         attributes += &format!(r#","COLOR_0":{colours}"#);
@@ -60,12 +66,6 @@ pub(super) fn encode(mesh: &ExportedMesh) -> Vec<u8> {
         length = buffer.bytes.len(),
     );
     Glb::assemble(json.into_bytes(), buffer.bytes)
-}
-
-fn linear(encoded: u8) -> u8 {
-    let encoded = f32::from(encoded) / 255.0;
-    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-    (255.0 * linear).round() as u8
 }
 
 /// The binary chunk as it grows, and the JSON of what lies in it.

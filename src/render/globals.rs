@@ -4,6 +4,7 @@ use super::camera::OrbitCamera;
 use super::environment::Environment;
 use super::light::{self, Bounds, KEY_MAP};
 use super::view::View;
+use crate::colour::linear_from_srgb;
 use glam::{Mat4, Vec3};
 
 /// Colours around the figure. Linear RGB.
@@ -44,10 +45,6 @@ impl Theme {
         let colour = Vec3::new(red, green, blue).map(linear_from_srgb);
         Self { backdrop_low: colour, backdrop_high: colour, floor: colour, opacity, ..self }
     }
-}
-
-fn linear_from_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Host twin of `Globals` in globals.wgsl, byte for byte.

@@ -7,6 +7,7 @@ use crate::texture::{ColouredPoint, TextureAccumulator};
 use anyhow::Context;
 use crease::avatar::{Appearance, Texture};
 use crease::body::TextureCoordinates;
+use crease::colour::linear_from_srgb;
 use crease::mesh::Triangle;
 use crease::network::SurfaceFunction;
 use image::codecs::jpeg::JpegEncoder;
@@ -125,8 +126,7 @@ fn splat_on_vertices(triangles: &[Triangle], points: &[ColouredPoint], sums: &mu
 fn mean_colour(sum: &[f32; 4]) -> [u8; 3] {
     std::array::from_fn(|channel| {
         let mean = if sum[3] > 1e-3 { sum[channel] / sum[3] } else { f32::from(UNSEEN[channel]) } / 255.0;
-        let linear = if mean <= 0.04045 { mean / 12.92 } else { ((mean + 0.055) / 1.055).powf(2.4) };
-        (255.0 * linear).round() as u8
+        (255.0 * linear_from_srgb(mean)).round() as u8
     })
 }
 

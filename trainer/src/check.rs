@@ -83,8 +83,7 @@ pub fn check(capture: &Capture) -> Report {
             Err(error) => report.problems.push(error.to_string()),
         }
     }
-    let truth = |index: &usize| capture.directory.join(format!("ground_truth/{index:04}.npz")).exists();
-    report.ground_truth_count = (0..capture.frame_count).filter(truth).count();
+    report.ground_truth_count = (0..capture.frame_count).filter(|&index| capture.has_ground_truth(index)).count();
     judge_size(&mut report);
     judge_quality(&mut report);
     judge_count(capture, &mut report);

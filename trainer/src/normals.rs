@@ -7,6 +7,9 @@ use parry3d::math::{Mat3, SymmetricEigen3, Vec3};
 use rayon::prelude::*;
 use std::num::NonZero;
 
+/// Neighbours whose plane is the normal of a scan's point.
+const SCAN_NEIGHBOURS: usize = 16;
+
 /// Unit normal of the plane of each point's `neighbour_count` nearest points (itself included), by principal components.
 ///
 /// The sign is arbitrary. `nearest` is over `points`.
@@ -17,6 +20,11 @@ pub fn point_normals(points: &[Vec3A], nearest: &NearestPoints, neighbour_count:
         .with_min_len(256)
         .map(|&point| principal_frame(points, point, &nearest.several(point, count))[2])
         .collect()
+}
+
+/// [`point_normals`] of a scan that comes without normals.
+pub fn scan_normals(points: &[Vec3A]) -> Vec<Vec3A> {
+    point_normals(points, &NearestPoints::new(points), SCAN_NEIGHBOURS)
 }
 
 /// Right-handed orthonormal frame of a neighbourhood: largest spread first, the plane's normal last (sign arbitrary).

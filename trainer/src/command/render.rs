@@ -6,13 +6,12 @@ use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use crease::animate::{Animator, Options};
 use crease::motion::Motion;
-use crease::render::{DrawnSurface, Follow, Scene, Theme, View};
+use crease::render::{Follow, Scene, Theme, View};
 use crease_trainer::files::write_whole;
 use crease_trainer::normals::unit_normals;
 use crease_trainer::progress::Progress;
 use crease_trainer::sequence::read;
-use crease_trainer::studio::{Studio, decoded_texture};
-use glam::Vec3A;
+use crease_trainer::studio::Studio;
 use image::{ImageFormat, RgbaImage};
 use std::fs;
 use std::io::{Cursor, Write};
@@ -98,10 +97,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut film = Film::open(&arguments.output, arguments.size, arguments.picture_rate)?;
     let mut animator = Animator::new(Arc::clone(&avatar))?;
     let triangles = animator.triangles().to_vec();
-    let surface = DrawnSurface::new(&avatar.appearance, &triangles, &avatar.name)?;
-    let texture = decoded_texture(&avatar)?;
-    let vertex_count = animator.subdivision().vertex_count(animator.subdivision().level_count());
-    let mut figure = studio.figure(&surface, vertex_count, texture.as_ref());
+    let mut figure = studio.dressed(&animator)?;
     let options =
         Options { stage: arguments.stage.stage(), detail: arguments.detail, warm_start: true, ..Options::default() };
     let mut scene = scene(arguments);
@@ -114,7 +110,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let positions = animator.animate(&pose, &options);
         let normals = unit_normals(positions, &triangles);
         scene.set_figure(positions, &normals, 0);
-        scene.camera.follow((avatar.rig.rest_joints[0] + Vec3A::from(pose.translation)).into());
+        scene.camera.follow(avatar.rig.root(&pose));
         if index == 0 {
             scene.camera.jump();
         } else {

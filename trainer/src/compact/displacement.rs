@@ -50,9 +50,7 @@ impl CompactDisplacement {
         let mut surface = base_surface(context, deformation, sample);
         let mut values = vec![Vec3A::ZERO; context.subdivision.vertex_count(level)];
         displacement.evaluate(&context.domains[level], context.pose(sample), &mut Scratch::default(), &mut values);
-        for (value, rotation) in values.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
-            *value = *rotation * *value;
-        }
+        surface.turn(&context.subdivision, level, &mut values);
         let refined = refine_to_finest(&context.subdivision, Scheme::Loop, level, &values);
         surface.finest().iter().zip(refined).map(|(&base, gap)| base + gap).collect()
     }

@@ -3,6 +3,7 @@
 use super::CompactOptions;
 use super::laplacian::coarsen;
 use super::regions::weighted_regions;
+use super::surface_fit::refine_to_finest;
 use super::two_scales::{BranchOptions, regress_on_two_scales};
 use anyhow::ensure;
 use crease::animate::{Animator, Options};
@@ -93,11 +94,7 @@ fn values(
     if own == level {
         return field;
     }
-    for coarse in own..subdivision.level_count() {
-        let mut fine = vec![Vec3A::ZERO; subdivision.vertex_count(coarse + 1)];
-        subdivision.refine(Scheme::Loop, coarse, &field, &mut fine);
-        field = fine;
-    }
+    let field = refine_to_finest(subdivision, Scheme::Loop, own, &field);
     if level == subdivision.level_count() { field } else { coarsen(subdivision, level, &field) }
 }
 

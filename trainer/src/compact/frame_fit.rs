@@ -2,12 +2,8 @@
 
 use super::surface_fit::{FitOptions, OrientedScan};
 use crate::context::{Sample, TrainContext};
-use crate::nearest::NearestPoints;
-use crate::normals::point_normals;
+use crate::normals::scan_normals;
 use glam::Vec3A;
-
-/// Neighbours whose plane is a point's normal.
-const NORMAL_NEIGHBOURS: usize = 16;
 
 /// The scan of one frame.
 pub struct PreparedScan {
@@ -22,8 +18,7 @@ impl PreparedScan {
     /// Reads a frame's scan, and estimates normals where it has none.
     pub fn new(context: &TrainContext, sample: Sample) -> anyhow::Result<Self> {
         let frame = context.scan(sample)?;
-        let estimate = || point_normals(&frame.points, &NearestPoints::new(&frame.points), NORMAL_NEIGHBOURS);
-        let normals = frame.normals.unwrap_or_else(estimate);
+        let normals = frame.normals.unwrap_or_else(|| scan_normals(&frame.points));
         Ok(Self { points: frame.points, normals, weights: frame.weights, is_view: frame.camera.is_some() })
     }
 

@@ -17,7 +17,7 @@ pub use displacement::CompactDisplacement;
 pub use distil::{Difference, difference, distil};
 pub use laplacian::CompactLaplacian;
 pub use regression::RegressionOptions;
-pub use surface_fit::{FitOptions, OrientedScan, fit_surface};
+pub use surface_fit::{FitOptions, OrientedScan, fit_surface, refine_between};
 pub use two_scales::BranchOptions;
 pub use views::View;
 

@@ -7,9 +7,10 @@
 use super::least_squares::conjugate_gradients;
 use crate::closest::ClosestPoint;
 use crease::laplacian::{apply_topological, apply_topological_transposed, reciprocal_valences};
-use crease::mesh::{Adjacency, Scheme, Subdivision, vertex_normals};
+use crease::mesh::{Adjacency, Scheme, Subdivision, VertexValue, vertex_normals};
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Weights of the energy and the schedule of closest-point rounds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,10 +93,20 @@ pub fn coverage(
 
 /// Carries vertices of `level` to the finest level.
 pub fn refine_to_finest(subdivision: &Subdivision, scheme: Scheme, level: usize, x: &[Vec3A]) -> Vec<Vec3A> {
+    refine_between(subdivision, scheme, level..subdivision.level_count(), x)
+}
+
+/// Carries what the vertices of the first of `levels` have to those of the last.
+pub fn refine_between<T: VertexValue + Default>(
+    subdivision: &Subdivision,
+    scheme: Scheme,
+    levels: Range<usize>,
+    x: &[T],
+) -> Vec<T> {
     let mut current = x.to_vec();
-    for l in level..subdivision.level_count() {
-        let mut fine = vec![Vec3A::ZERO; subdivision.vertex_count(l + 1)];
-        subdivision.refine(scheme, l, &current, &mut fine);
+    for level in levels {
+        let mut fine = vec![T::default(); subdivision.vertex_count(level + 1)];
+        subdivision.refine(scheme, level, &current, &mut fine);
         current = fine;
     }
     current

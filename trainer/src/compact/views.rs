@@ -1,6 +1,7 @@
 //! Views fused over time: where a frame's camera did not see the surface, the mean of the frames that saw it stands in.
 
 use super::least_squares::conjugate_gradients;
+use super::surface_fit::refine_between;
 use crate::checkpoint::Keep;
 use crate::context::TrainContext;
 use crease::laplacian::{apply_topological, apply_topological_transposed, reciprocal_valences};
@@ -55,21 +56,16 @@ pub fn resolvable(context: &TrainContext, level: usize) -> Vec<f32> {
     let skin = &context.rig.skin;
     let is_hand: Vec<bool> =
         context.rig.joint_names.iter().map(|name| name.ends_with("_wrist") || name.ends_with("_hand")).collect();
-    let mut shares: Vec<Vec3A> = skin
+    let shares: Vec<f32> = skin
         .joints
         .iter()
         .zip(&skin.weights)
         .map(|(joints, weights)| {
             let hand = joints.iter().zip(weights).filter(|&(&joint, _)| is_hand[joint as usize]);
-            Vec3A::splat(1.0 - hand.map(|(_, &weight)| weight).sum::<f32>())
+            1.0 - hand.map(|(_, &weight)| weight).sum::<f32>()
         })
         .collect();
-    for coarse in 0..level {
-        let mut fine = vec![Vec3A::ZERO; context.subdivision.vertex_count(coarse + 1)];
-        context.subdivision.refine(Scheme::Midpoint, coarse, &shares, &mut fine);
-        shares = fine;
-    }
-    shares.iter().map(|share| share.x).collect()
+    refine_between(&context.subdivision, Scheme::Midpoint, 0..level, &shares)
 }
 
 /// The views' fields with what each did not see taken from the mean of the others. Fields that are seen whole stay as they are.

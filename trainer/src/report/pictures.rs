@@ -4,11 +4,11 @@ use crate::comparison::Comparison;
 use crate::nearest::NearestPoints;
 use crate::normals::unit_normals;
 use crate::sequence::GroundTruth;
-use crate::studio::{CLAY, Figure, Studio, decoded_texture, splats};
+use crate::studio::{Figure, Studio, splats};
 use crease::animate::{Animator, Options, Stage};
 use crease::body::Pose;
 use crease::mesh::Triangle;
-use crease::render::{DrawnSurface, Scene, VALUE_RANGE, View};
+use crease::render::{Scene, VALUE_RANGE, View};
 use glam::{Quat, Vec3, Vec3A};
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, RgbaImage};
@@ -53,16 +53,8 @@ pub struct Photographer<'a> {
 impl<'a> Photographer<'a> {
     /// Prepares to draw what `animator` poses.
     pub fn new(studio: &'a Studio, animator: Animator) -> anyhow::Result<Self> {
-        let avatar = animator.avatar();
         let triangles = animator.triangles().to_vec();
-        let surface = DrawnSurface::new(&avatar.appearance, &triangles, &avatar.name)?;
-        let vertex_count = animator.subdivision().vertex_count(animator.subdivision().level_count());
-        let texture = decoded_texture(avatar)?;
-        let dressed = studio.figure(&surface, vertex_count, texture.as_ref());
-        let mut clay = surface;
-        let [red, green, blue] = CLAY;
-        clay.vertices.iter_mut().for_each(|vertex| vertex.colour = [red, green, blue, 255]);
-        let clay = studio.figure(&clay, vertex_count, None);
+        let (clay, dressed) = (studio.clay(&animator)?, studio.dressed(&animator)?);
         Ok(Self { animator, triangles, clay, dressed, studio })
     }
 
@@ -83,12 +75,12 @@ impl<'a> Photographer<'a> {
         let splats = splats(&scan.points, &scan.normals, None, SPLAT_SHARE * spacing(&scan.points));
         let mut points = self.studio.figure(&splats.surface, splats.positions.len(), None);
 
-        let root = self.animator.avatar().rig.rest_joints[0] + Vec3A::from(pose.translation);
+        let root = self.animator.avatar().rig.root(pose);
         let facing = pose.rotations.first().copied().unwrap_or(Quat::IDENTITY) * Vec3::Z;
         let mut rows = Vec::new();
         for azimuth in AZIMUTHS {
             let mut scene = Scene::default();
-            scene.camera.follow(root.into());
+            scene.camera.follow(root);
             scene.camera.set_orbit(Some(azimuth + facing.x.atan2(facing.z)), None, Some(EYE_METRES), 1.0);
             scene.camera.set_target(Some(Vec3::new(0.0, root.y.clamp(0.4, 1.2), 0.0)));
             scene.camera.jump();

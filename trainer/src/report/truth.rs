@@ -1,29 +1,25 @@
 //! What an avatar is measured against: the ground truth of a sequence, or its scans where it has none.
 
 use crate::closest::ClosestPoint;
-use crate::nearest::NearestPoints;
-use crate::normals::{point_normals, unit_normals};
+use crate::normals::{scan_normals, unit_normals};
 use crate::sequence::{Frame, GroundTruth, Sequence};
-use crease::animate::{Animator, Options, Stage};
+use crease::animate::{BaseAnimator, Options, Stage};
 use crease::avatar::Avatar;
 use std::cell::RefCell;
 use std::sync::Arc;
-
-/// Neighbours whose plane is a point's normal.
-const NORMAL_NEIGHBOURS: usize = 16;
 
 /// Frames of a sequence as points with outward normals.
 pub struct Truth<'a> {
     sequence: &'a Sequence,
     is_ground_truth: bool,
-    animator: RefCell<Animator>,
+    animator: RefCell<BaseAnimator>,
 }
 
 impl<'a> Truth<'a> {
     /// Of `sequence`, the scans of which are turned outward by the base of `avatar`.
     pub fn new(sequence: &'a Sequence, avatar: Arc<Avatar>) -> anyhow::Result<Self> {
         let is_ground_truth = sequence.capture.directory.join("ground_truth").is_dir();
-        Ok(Self { sequence, is_ground_truth, animator: RefCell::new(Animator::new(avatar)?) })
+        Ok(Self { sequence, is_ground_truth, animator: RefCell::new(BaseAnimator::new(avatar)?) })
     }
 
     /// What it is, for people.
@@ -33,10 +29,9 @@ impl<'a> Truth<'a> {
 
     /// Frames that there is something to measure against.
     pub fn frames(&self) -> Vec<usize> {
-        let directory = &self.sequence.capture.directory;
-        let has =
-            |frame: &usize| !self.is_ground_truth || directory.join(format!("ground_truth/{frame:04}.npz")).exists();
-        (0..self.sequence.capture.frame_count).filter(has).collect()
+        let capture = &self.sequence.capture;
+        let has = |frame: &usize| !self.is_ground_truth || capture.has_ground_truth(*frame);
+        (0..capture.frame_count).filter(has).collect()
     }
 
     /// What to measure against.
@@ -59,11 +54,11 @@ impl<'a> Truth<'a> {
         if let Some(normals) = normals {
             return Ok(GroundTruth { points, normals });
         }
-        let mut normals = point_normals(&points, &NearestPoints::new(&points), NORMAL_NEIGHBOURS);
+        let mut normals = scan_normals(&points);
         let mut animator = self.animator.borrow_mut();
         let triangles = animator.triangles().to_vec();
         let options = Options { stage: Stage::Base, ..Options::default() };
-        let surface = animator.animate(&self.sequence.poses[index], &options);
+        let surface = animator.animate_observed(&self.sequence.poses[index], &options, &mut |_| ());
         let outward = unit_normals(surface, &triangles);
         for (normal, hit) in normals.iter_mut().zip(ClosestPoint::new(surface, &triangles)?.query_all(&points)) {
             if normal.dot(hit.interpolate(&triangles, &outward)) < 0.0 {

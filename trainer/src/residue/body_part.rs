@@ -1,5 +1,6 @@
 //! Parts of the body by which errors are told apart.
 
+use crate::compact::refine_between;
 use crease::body::Rig;
 use crease::mesh::{Scheme, Subdivision};
 
@@ -75,13 +76,8 @@ impl BodyPart {
                 let pairs = joints.iter().zip(weights);
                 pairs.filter(|(joint, _)| of_joints[**joint as usize] == part).map(|(_, weight)| weight).sum()
             };
-            let mut shares: Vec<f32> = rig.skin.joints.iter().zip(&rig.skin.weights).map(weight).collect();
-            for level in 0..subdivision.level_count() {
-                let mut fine = vec![0.0; subdivision.vertex_count(level + 1)];
-                subdivision.refine(Scheme::Midpoint, level, &shares, &mut fine);
-                shares = fine;
-            }
-            shares
+            let shares: Vec<f32> = rig.skin.joints.iter().zip(&rig.skin.weights).map(weight).collect();
+            refine_between(subdivision, Scheme::Midpoint, 0..subdivision.level_count(), &shares)
         };
         let shares = BODY_PARTS.map(share);
         let strongest = |vertex: usize| {

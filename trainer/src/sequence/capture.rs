@@ -219,7 +219,7 @@ impl Capture {
     /// Reads the ground truth of frame `index`. Not every frame has one.
     pub fn ground_truth(&self, index: usize) -> Result<GroundTruth, ReadError> {
         self.check_index(index)?;
-        let path = self.directory.join(format!("ground_truth/{index:04}.npz"));
+        let path = self.ground_truth_path(index);
         let bytes = read(&path)?;
         let mut archive = Archive::open(&bytes, &path.display().to_string())?;
         let points = archive.required("points")?;
@@ -233,6 +233,15 @@ impl Capture {
             vectors(points.finite_numbers()?).iter().map(|&p| self.up.to_y(p * self.metres_per_unit)).collect();
         let normals = vectors(normals.finite_numbers()?);
         Ok(GroundTruth { points, normals: normals.iter().map(|&n| self.up.to_y(n).normalize_or_zero()).collect() })
+    }
+
+    /// Whether there is a file with the ground truth of frame `index`.
+    pub fn has_ground_truth(&self, index: usize) -> bool {
+        self.ground_truth_path(index).exists()
+    }
+
+    fn ground_truth_path(&self, index: usize) -> PathBuf {
+        self.directory.join(format!("ground_truth/{index:04}.npz"))
     }
 
     fn check_index(&self, index: usize) -> Result<(), ReadError> {

@@ -2,9 +2,12 @@
 
 mod splats;
 
-pub use splats::{CLAY, Splats, splats};
+pub use splats::{Splats, splats};
+
+use splats::CLAY;
 
 use anyhow::{Context, ensure};
+use crease::animate::Animator;
 use crease::avatar::Avatar;
 use crease::render::{Albedo, DrawnSurface, Renderer, Scene};
 use image::RgbaImage;
@@ -52,6 +55,29 @@ impl Studio {
         }
         Figure { studio: self, renderer, surface: surface.clone() }
     }
+}
+
+impl Studio {
+    /// What `animator` poses, as a page shows it.
+    pub fn dressed(&self, animator: &Animator) -> anyhow::Result<Figure<'_>> {
+        let (surface, vertex_count) = drawn(animator)?;
+        Ok(self.figure(&surface, vertex_count, decoded_texture(animator.avatar())?.as_ref()))
+    }
+
+    /// What `animator` poses, in clay.
+    pub fn clay(&self, animator: &Animator) -> anyhow::Result<Figure<'_>> {
+        let (mut surface, vertex_count) = drawn(animator)?;
+        let [red, green, blue] = CLAY;
+        surface.vertices.iter_mut().for_each(|vertex| vertex.colour = [red, green, blue, 255]);
+        Ok(self.figure(&surface, vertex_count, None))
+    }
+}
+
+/// What is drawn of an avatar, and how many vertices its finest level has.
+fn drawn(animator: &Animator) -> anyhow::Result<(DrawnSurface, usize)> {
+    let (avatar, subdivision) = (animator.avatar(), animator.subdivision());
+    let surface = DrawnSurface::new(&avatar.appearance, animator.triangles(), &avatar.name)?;
+    Ok((surface, subdivision.vertex_count(subdivision.level_count())))
 }
 
 /// A figure in a studio.
@@ -120,7 +146,7 @@ impl Studio {
 }
 
 /// The avatar's texture as pixels; none where its vertices have colours.
-pub fn decoded_texture(avatar: &Avatar) -> anyhow::Result<Option<RgbaImage>> {
+fn decoded_texture(avatar: &Avatar) -> anyhow::Result<Option<RgbaImage>> {
     let Some(texture) = &avatar.appearance.texture else { return Ok(None) };
     let decoded = image::load_from_memory(&texture.bytes);
     Ok(Some(decoded.with_context(|| format!("{}: the texture cannot be read", avatar.name))?.to_rgba8()))

@@ -1,5 +1,6 @@
 //! Points as a surface that can be drawn: a small square for each, across its normal.
 
+use crease::colour::linear_byte_from_srgb;
 use crease::render::{DrawnSurface, DrawnVertex};
 use glam::Vec3A;
 
@@ -25,7 +26,7 @@ pub fn splats(points: &[Vec3A], normals: &[Vec3A], colours: Option<&[[u8; 3]]>, 
         let normal = if normal == Vec3A::ZERO { Vec3A::Z } else { normal };
         let (along, across) = normal.any_orthonormal_pair();
         let first = positions.len() as u32;
-        let [red, green, blue] = colours.map_or(CLAY, |colours| colours[index].map(linear));
+        let [red, green, blue] = colours.map_or(CLAY, |colours| colours[index].map(linear_byte_from_srgb));
         for (a, b) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
             vertices.push(DrawnVertex {
                 body_vertex: positions.len() as u32,
@@ -38,12 +39,6 @@ pub fn splats(points: &[Vec3A], normals: &[Vec3A], colours: Option<&[[u8; 3]]>, 
     }
     let normals = normals.iter().flat_map(|&normal| [normal; 4]).collect();
     Splats { surface: DrawnSurface { vertices, levels: vec![triangles] }, positions, normals }
-}
-
-fn linear(encoded: u8) -> u8 {
-    let encoded = f32::from(encoded) / 255.0;
-    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-    (255.0 * linear).round() as u8
 }
 
 #[cfg(test)]

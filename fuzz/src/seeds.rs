@@ -175,6 +175,7 @@ pub fn runs() -> Vec<Vec<u8>> {
         sequences: vec![ChosenFrames {
             directory: "capture".into(),
             poses: None,
+            reading: Default::default(),
             frames: "1::2".parse().expect("a range"),
         }],
         options: TrainOptions::preset(preset).expect("a preset"),

@@ -8,7 +8,7 @@ use crease::mesh::{Scheme, Subdivision, vertex_normals};
 use crease::numpy::{Array, Compression, write_npz};
 use crease_trainer::config::{OPEN_BODY_NOTICE, read_body_model};
 use crease_trainer::sampling::area_uniform;
-use crease_trainer::sequence::{BodyParameters, write_body};
+use crease_trainer::sequence::{BodyParameters, Up, write_body};
 use glam::{Quat, Vec3, Vec3A};
 use rayon::prelude::*;
 use serde_json::json;
@@ -67,7 +67,7 @@ fn write(directory: &Path, frame_count: usize, point_count: usize) -> anyhow::Re
         fs::write(directory.join(format!("frames/{index:04}.npz")), write_npz(&arrays, Compression::Stored)?)?;
         anyhow::Ok(())
     })?;
-    write_body(&directory.join("body.npz"), &BodyParameters { betas, poses }, FRAMES_PER_SECOND)?;
+    write_body(&directory.join("body.npz"), &BodyParameters { betas, poses }, Up::Y, FRAMES_PER_SECOND)?;
     let description = json!({
         "name": "long",
         "fps": FRAMES_PER_SECOND,

@@ -5,7 +5,7 @@ use crate::files::write_whole;
 use crate::frames::FrameRange;
 use crate::options::TrainOptions;
 use crate::progress::Progress;
-use crate::sequence::{Sequence, read};
+use crate::sequence::{Reading, Sequence, read};
 use anyhow::Context;
 use crease::body::Body;
 use crease::numpy::ReadError;
@@ -54,6 +54,9 @@ pub struct ChosenFrames {
     /// Shape and poses; its `body.npz` if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<PathBuf>,
+    /// How its files lie, where they say nothing or otherwise.
+    #[serde(default, skip_serializing_if = "Reading::is_default")]
+    pub reading: Reading,
     /// Which of its frames.
     #[serde(default = "all_frames")]
     pub frames: FrameRange,
@@ -104,11 +107,9 @@ impl RunConfig {
         let body = read_body_model(self.body.as_deref())?;
         let mut sequences = Vec::new();
         let mut samples = Vec::new();
-        for (index, ChosenFrames { directory, poses, frames }) in self.sequences.iter().enumerate() {
-            let sequence = match poses {
-                None => Sequence::open(directory)?,
-                Some(poses) => Sequence::with_body(directory, poses)?,
-            };
+        for (index, ChosenFrames { directory, poses, reading, frames }) in self.sequences.iter().enumerate() {
+            let root = |betas: &[f32]| body.shaped(betas).rest_joints[0];
+            let sequence = Sequence::open(directory, poses.as_deref(), reading, root)?;
             let frames =
                 frames.indices(sequence.capture.frame_count).with_context(|| directory.display().to_string())?;
             samples.extend(frames.into_iter().map(|frame| Sample { sequence: index, frame }));
@@ -126,6 +127,7 @@ impl RunConfig {
         words.extend(self.body.iter().map(|body| format!("--body {}", last(body))));
         let poses = self.sequences.iter().filter_map(|sequence| sequence.poses.as_ref());
         words.extend(poses.map(|poses| format!("--poses {}", last(poses))));
+        words.extend(self.sequences.first().map(|sequence| sequence.reading.words()).unwrap_or_default());
         words.extend(self.sequences.iter().map(|sequence| format!("--frames {}", sequence.frames)));
         words.push(format!("--preset {}", self.preset));
         words.push(format!("--seed {}", self.options.seed));
@@ -141,11 +143,13 @@ impl RunConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::{Axis, Up};
 
     fn config() -> RunConfig {
         let chosen = |directory: &str, frames: &str| ChosenFrames {
             directory: directory.into(),
             poses: None,
+            reading: Reading::default(),
             frames: frames.parse().unwrap(),
         };
         let mut options = TrainOptions::compact();
@@ -166,7 +170,10 @@ mod tests {
     fn poses_may_come_from_elsewhere() {
         let mut config = config();
         config.sequences[1].poses = Some("/data/estimated.npz".into());
-        assert!(config.command().contains("--poses estimated.npz"), "{}", config.command());
+        let reading = Reading { up: Some(Up::MinusZ), mirrored: Some(Axis::X), poses_up: None };
+        config.sequences.iter_mut().for_each(|sequence| sequence.reading = reading);
+        let command = config.command();
+        assert!(command.contains("--poses estimated.npz --up -z --mirrored x --frames"), "{command}");
         let text = config.to_text().unwrap();
         assert_eq!(RunConfig::parse(text.as_bytes(), "run.toml").unwrap(), config);
     }

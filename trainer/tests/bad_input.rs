@@ -3,9 +3,8 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{Directory, FRAME_COUNT, npz, write_body, write_sequence};
+use common::{Directory, FRAME_COUNT, npz, open, write_body, write_sequence};
 use crease::numpy::{Array, ReadError};
-use crease_trainer::sequence::Sequence;
 use std::fs;
 use std::path::Path;
 
@@ -20,7 +19,7 @@ fn describe(directory: &Path, from: &str, to: &str) -> ReadError {
     let good = fs::read_to_string(&path).unwrap();
     assert!(good.contains(from));
     fs::write(&path, good.replace(from, to)).unwrap();
-    let error = Sequence::open(directory).unwrap_err();
+    let error = open(directory).unwrap_err();
     fs::write(&path, good).unwrap();
     error
 }
@@ -28,7 +27,7 @@ fn describe(directory: &Path, from: &str, to: &str) -> ReadError {
 #[test]
 fn a_good_sequence_opens() {
     let directory = sequence("good");
-    let sequence = Sequence::open(&directory.0).unwrap();
+    let sequence = open(&directory.0).unwrap();
     assert_eq!(
         (sequence.capture.name.as_str(), sequence.capture.frame_count, sequence.poses.len()),
         ("bumpy", FRAME_COUNT, FRAME_COUNT)
@@ -52,16 +51,16 @@ fn descriptions_are_checked() {
     check("\"frame_count\": 6", "\"frame_count\": 0", "frame_count");
     check("\"fps\": 15", "\"fps\": -1", "fps");
     check("metre", "inch", "units");
-    check("\"up\": \"y\"", "\"up\": \"x\"", "up");
+    check("\"up\": \"y\"", "\"up\": \"w\"", "JSON");
     check("\"name\": \"bumpy\",", "", "JSON");
-    assert!(Sequence::open(&directory.0.join("nowhere")).unwrap_err().file.ends_with("sequence.json"));
+    assert!(open(&directory.0.join("nowhere")).unwrap_err().file.ends_with("sequence.json"));
 }
 
 #[test]
 fn bodies_are_checked() {
     let directory = sequence("body");
     write_body(&directory.0, FRAME_COUNT - 1);
-    let error = Sequence::open(&directory.0).unwrap_err();
+    let error = open(&directory.0).unwrap_err();
     assert!(error.file.ends_with("body.npz") && error.field == "poses", "{error}");
     let arrays = [
         ("betas", Array::new(&[1], vec![f32::NAN])),
@@ -69,15 +68,15 @@ fn bodies_are_checked() {
         ("trans", Array::new(&[FRAME_COUNT, 3], vec![0f32; 3 * FRAME_COUNT])),
     ];
     fs::write(directory.0.join("body.npz"), npz(&arrays)).unwrap();
-    assert_eq!(Sequence::open(&directory.0).unwrap_err().field, "betas");
+    assert_eq!(open(&directory.0).unwrap_err().field, "betas");
     fs::write(directory.0.join("body.npz"), npz(&arrays[1..])).unwrap();
-    assert_eq!(Sequence::open(&directory.0).unwrap_err().field, "betas");
+    assert_eq!(open(&directory.0).unwrap_err().field, "betas");
 }
 
 #[test]
 fn frames_are_checked() {
     let directory = sequence("frames");
-    let sequence = Sequence::open(&directory.0).unwrap();
+    let sequence = open(&directory.0).unwrap();
     assert_eq!(sequence.capture.scan(FRAME_COUNT).unwrap_err().field, "frame");
     fs::write(directory.0.join("frames/0001.ply"), b"ply\nformat ascii 1.0\n").unwrap();
     assert!(sequence.capture.scan(1).unwrap_err().file.ends_with("0001.ply"));
@@ -97,7 +96,7 @@ fn frames_are_checked() {
         r#"{"name": "bare", "fps": 15, "frame_count": 6, "capture": {"kind": "none"}}"#,
     )
     .unwrap();
-    let bare = Sequence::open(&directory.0).unwrap();
+    let bare = open(&directory.0).unwrap();
     assert_eq!(bare.capture.scan(0).unwrap_err().field, "capture.kind");
     assert!(bare.capture.ground_truth(2).is_ok(), "ground truth needs no scans");
 }

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{Directory, FRAME_COUNT, write_sequence};
+use common::{Directory, FRAME_COUNT, open, write_sequence};
 use crease::animate::{Options, Stage, animate};
 use crease::avatar::Avatar;
 use crease::network::SurfaceFunction;
@@ -13,7 +13,6 @@ use crease_trainer::evaluate::evaluate;
 use crease_trainer::options::{FunctionForm, LaplacianTarget, NetworkOptions, TrainOptions};
 use crease_trainer::plain::{PlainDeformation, PlainLaplacian};
 use crease_trainer::progress::Progress;
-use crease_trainer::sequence::Sequence;
 use crease_trainer::train::{Facts, train};
 use std::sync::Arc;
 
@@ -35,7 +34,7 @@ fn reduced() -> TrainOptions {
 
 fn context(directory: &Directory, options: TrainOptions) -> TrainContext {
     let body = write_sequence(&directory.0);
-    let sequence = Sequence::open(&directory.0).unwrap();
+    let sequence = open(&directory.0).unwrap();
     let samples = (0..FRAME_COUNT).step_by(2).map(|frame| Sample { sequence: 0, frame }).collect();
     TrainContext::new(body, vec![sequence], samples, options, Progress::Silent).unwrap()
 }

@@ -3,13 +3,12 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{Directory, FRAME_COUNT, write_sequence};
+use common::{Directory, FRAME_COUNT, open, write_sequence};
 use crease_trainer::checkpoint::Checkpoint;
 use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::interrupt::{Interrupt, Interrupted};
 use crease_trainer::options::{NetworkOptions, TrainOptions};
 use crease_trainer::progress::Progress;
-use crease_trainer::sequence::Sequence;
 use crease_trainer::train::{Facts, train};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,7 +32,7 @@ fn small(mut options: TrainOptions) -> TrainOptions {
 
 fn context(sequence: &Path, options: &TrainOptions) -> TrainContext {
     let body = crease::fixture::voxel_person();
-    let sequence = Sequence::open(sequence).unwrap();
+    let sequence = open(sequence).unwrap();
     let samples = (0..FRAME_COUNT).map(|frame| Sample { sequence: 0, frame }).collect();
     TrainContext::new(body, vec![sequence], samples, options.clone(), Progress::Silent).unwrap()
 }

@@ -10,6 +10,7 @@ use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
+use crease_trainer::sequence::Reading;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -29,6 +30,8 @@ const PAPER_NETWORKS: [&str; 3] =
 pub struct Arguments {
     /// Directory of a sequence with ground truth
     pub sequence: PathBuf,
+    #[command(flatten)]
+    pub reading: Reading,
     /// What is varied
     #[arg(long, value_enum, default_value_t = Subject::Fidelity)]
     pub what: Subject,
@@ -100,7 +103,12 @@ fn config(arguments: &Arguments, preset: Preset, networks: &[&str]) -> anyhow::R
         body: None,
         name: None,
         preset: preset.name().into(),
-        sequences: vec![ChosenFrames { directory: arguments.sequence.clone(), poses: None, frames: arguments.train }],
+        sequences: vec![ChosenFrames {
+            directory: arguments.sequence.clone(),
+            poses: None,
+            reading: arguments.reading,
+            frames: arguments.train,
+        }],
         options: assignments.into_iter().try_fold(start, |options, text| options.with(text))?,
     })
 }

@@ -3,13 +3,19 @@
 use anyhow::bail;
 use clap::Args;
 use crease_trainer::check::{FrameFacts, Report, check};
-use crease_trainer::sequence::Capture;
+use crease_trainer::config::read_body_model;
+use crease_trainer::sequence::{Capture, Reading};
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct Arguments {
     /// Directory of a sequence
     pub sequence: PathBuf,
+    #[command(flatten)]
+    pub reading: Reading,
+    /// Body model (.npz or SMPL's .pkl), for poses that are there; the open body if left out
+    #[arg(long, value_name = "FILE")]
+    pub body: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -17,7 +23,10 @@ pub struct Arguments {
 
 /// Prints what a sequence is like; fails where training would.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let report = check(&Capture::open(&arguments.sequence)?);
+    let report = check(
+        &Capture::open_as(&arguments.sequence, &arguments.reading)?,
+        &read_body_model(arguments.body.as_deref())?,
+    );
     if arguments.json {
         println!("{}", serde_json::to_string(&report)?);
     } else {

@@ -8,7 +8,7 @@ use crease::motion::Motion;
 use crease_trainer::compact::{CompactOptions, difference, distil};
 use crease_trainer::files::write_whole;
 use crease_trainer::options::TrainOptions;
-use crease_trainer::sequence::{Sequence, read};
+use crease_trainer::sequence::{read, read_body};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -59,7 +59,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn read_poses(path: &Path) -> anyhow::Result<Vec<Pose>> {
     if path.is_dir() {
-        return Ok(Sequence::open(path)?.poses);
+        // The functions do not see the root, so what is up makes no difference.
+        return Ok(read_body(&path.join("body.npz"))?.parameters.poses);
     }
     // The rate tells only when a pose is shown.
     const ANY_RATE: f32 = 60.0;

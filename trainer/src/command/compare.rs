@@ -3,7 +3,7 @@
 use clap::Args;
 use crease_trainer::config::read_body_model;
 use crease_trainer::registration::{Accuracy, compare};
-use crease_trainer::sequence::{Capture, read_body};
+use crease_trainer::sequence::{Capture, Reading, Up, read_body};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -15,6 +15,8 @@ pub struct Arguments {
     /// Their sequence: with a depth camera, what it sees is measured by itself
     #[arg(long, value_name = "SEQUENCE")]
     pub sequence: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
     /// Body model (.npz or SMPL's .pkl); the open body if left out
     #[arg(long, value_name = "FILE")]
     pub body: Option<PathBuf>,
@@ -25,9 +27,13 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let body = read_body_model(arguments.body.as_deref())?;
-    let capture = arguments.sequence.as_deref().map(Capture::open).transpose()?;
+    let reading = &arguments.reading;
+    let capture = arguments.sequence.as_deref().map(|sequence| Capture::open_as(sequence, reading)).transpose()?;
+    let up = capture.as_ref().map(|capture| capture.poses_up).or(reading.poses_up).unwrap_or(Up::Y);
     let camera = capture.as_ref().and_then(Capture::camera);
-    let accuracy = compare(&body, &read_body(&arguments.found)?, &read_body(&arguments.truth)?, camera)?;
+    let root = |betas: &[f32]| body.shaped(betas).rest_joints[0];
+    let [found, truth] = [read_body(&arguments.found)?, read_body(&arguments.truth)?].map(|body| body.y_up(up, root));
+    let accuracy = compare(&body, &found, &truth, camera)?;
     if arguments.json {
         println!("{}", serde_json::to_string(&accuracy)?);
     } else {

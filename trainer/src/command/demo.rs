@@ -10,7 +10,7 @@ use crease_trainer::frames::FrameRange;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
 use crease_trainer::registration::{Accuracy, Hints, compare, register};
-use crease_trainer::sequence::{Capture, read_body, write_body};
+use crease_trainer::sequence::{Capture, Reading, Up, read_body, write_body};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -91,7 +91,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     }
     let chosen = |(index, entry): (usize, &(&str, &str))| -> anyhow::Result<ChosenFrames> {
-        Ok(ChosenFrames { directory: place(entry), poses: poses.get(index).cloned(), frames: entry.1.parse()? })
+        Ok(ChosenFrames {
+            directory: place(entry),
+            poses: poses.get(index).cloned(),
+            reading: Reading::default(),
+            frames: entry.1.parse()?,
+        })
     };
     let training = RunConfig {
         output: output.clone(),
@@ -126,16 +131,17 @@ fn estimate(sequence: &Path, path: &Path) -> anyhow::Result<Option<Accuracy>> {
     let body = read_body_model(None)?;
     let capture = Capture::open(sequence)?;
     let registration = register(&capture, &body, &Hints::default(), Progress::Bars)?;
-    write_body(path, &registration.parameters, capture.frames_per_second)?;
+    write_body(path, &registration.parameters, Up::Y, capture.frames_per_second)?;
     let truth = sequence.join("body.npz");
     if !truth.exists() {
         return Ok(None);
     }
-    Ok(Some(compare(&body, &registration.parameters, &read_body(&truth)?, capture.camera())?))
+    let truth = read_body(&truth)?.y_up(capture.poses_up, |betas| body.shaped(betas).rest_joints[0]);
+    Ok(Some(compare(&body, &registration.parameters, &truth, capture.camera())?))
 }
 
 fn measure(avatar: Arc<Avatar>, sequence: &Path, poses: Option<&PathBuf>, frames: &str) -> anyhow::Result<Evaluation> {
-    let sequence = open_sequence(sequence, poses)?;
+    let sequence = open_sequence(&avatar, sequence, poses, &Reading::default())?;
     let frames = frames.parse::<FrameRange>()?.indices(sequence.capture.frame_count)?;
     let bar = Progress::Bars.bar("measuring", frames.len());
     evaluate(avatar, &sequence, &frames, || bar.advance(1))

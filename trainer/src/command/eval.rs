@@ -5,6 +5,7 @@ use clap::Args;
 use crease_trainer::evaluate::{Evaluation, Measures, evaluate};
 use crease_trainer::frames::FrameRange;
 use crease_trainer::progress::Progress;
+use crease_trainer::sequence::Reading;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -17,6 +18,8 @@ pub struct Arguments {
     /// Shape and poses; body.npz of the sequence if left out
     #[arg(long, value_name = "FILE")]
     pub poses: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
     /// Frames to measure, as a Python slice
     #[arg(long, value_name = "START:STOP:STEP", default_value = "::")]
     pub frames: FrameRange,
@@ -27,7 +30,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let avatar = Arc::new(read_avatar(&arguments.avatar)?);
-    let sequence = open_sequence(&arguments.sequence, arguments.poses.as_ref())?;
+    let sequence = open_sequence(&avatar, &arguments.sequence, arguments.poses.as_ref(), &arguments.reading)?;
     let frames = arguments.frames.indices(sequence.capture.frame_count)?;
     let bar = Progress::Bars.bar("measuring", frames.len());
     let evaluation = evaluate(avatar, &sequence, &frames, || bar.advance(1))?;

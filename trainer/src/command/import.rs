@@ -2,6 +2,7 @@
 
 use clap::Args;
 use crease_trainer::import::{Layout, Source, import};
+use crease_trainer::sequence::{Axis, Orientation, Up};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -23,6 +24,15 @@ pub struct Arguments {
     /// Unit of the scans: metre, centimetre or millimetre
     #[arg(long, default_value = "metre")]
     pub units: String,
+    /// What is up in the scans and poses
+    #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true, default_value_t = Up::Y)]
+    pub up: Up,
+    /// The scans are mirror images: change the sign of this axis
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub mirrored: Option<Axis>,
+    /// What is up in the poses, where it is not what is up in the scans
+    #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
+    pub poses_up: Option<Up>,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -33,6 +43,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         name,
         frames_per_second: arguments.fps,
         units: arguments.units.clone(),
+        orientation: Orientation { up: arguments.up, mirrored: arguments.mirrored },
+        poses_up: arguments.poses_up.unwrap_or(arguments.up),
     };
     let imported = import(arguments.layout, &source, &arguments.output)?;
     println!("{}: {} frames, {}", arguments.output.display(), imported.frame_count, imported.body.display());

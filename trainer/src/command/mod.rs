@@ -19,17 +19,19 @@ use anyhow::Context;
 use crease::avatar::Avatar;
 use crease::numpy::ReadError;
 use crease_trainer::interrupt::Interrupt;
-use crease_trainer::sequence::{Sequence, read};
+use crease_trainer::sequence::{Reading, Sequence, read};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Reads a sequence with the poses of a file, or its own.
-fn open_sequence(directory: &Path, poses: Option<&PathBuf>) -> Result<Sequence, ReadError> {
-    match poses {
-        None => Sequence::open(directory),
-        Some(path) => Sequence::with_body(directory, path),
-    }
+/// Reads a sequence of the avatar's person with the poses of a file, or its own.
+fn open_sequence(
+    avatar: &Avatar,
+    directory: &Path,
+    poses: Option<&PathBuf>,
+    reading: &Reading,
+) -> Result<Sequence, ReadError> {
+    Sequence::open(directory, poses.map(PathBuf::as_path), reading, |_| avatar.rig.rest_joints[0])
 }
 
 fn read_avatar(path: &Path) -> anyhow::Result<Avatar> {

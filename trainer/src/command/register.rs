@@ -2,11 +2,10 @@
 
 use anyhow::ensure;
 use clap::Args;
-use crease::motion::Motion;
 use crease_trainer::config::read_body_model;
 use crease_trainer::progress::Progress;
 use crease_trainer::registration::{Hints, read_keypoints, register};
-use crease_trainer::sequence::{Capture, read, write_body};
+use crease_trainer::sequence::{Capture, Reading, Up, read_first_pose, write_body};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -23,6 +22,8 @@ pub struct Arguments {
     /// A pose near that of the first frame: the first of an AMASS-style .npz. Without it the person is taken to stand near upright
     #[arg(long, value_name = "FILE")]
     pub initial_pose: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
     /// Joints in space, or in the camera's pictures as OpenPose (a folder), COCO or MediaPipe write them (JSON)
     #[arg(long, value_name = "FILE")]
     pub keypoints: Option<PathBuf>,
@@ -33,7 +34,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let begin = Instant::now();
-    let capture = Capture::open(&arguments.sequence)?;
+    let capture = Capture::open_as(&arguments.sequence, &arguments.reading)?;
     let output = arguments.output.clone().unwrap_or_else(|| arguments.sequence.join("body.npz"));
     ensure!(
         arguments.force || !output.exists(),
@@ -41,19 +42,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         output.display()
     );
     let body = read_body_model(arguments.body.as_deref())?;
-    // The rate tells only when a pose is shown.
-    const ANY_RATE: f32 = 60.0;
     let initial_pose = match &arguments.initial_pose {
         None => None,
-        Some(path) => Motion::read(&read(path)?, &path.display().to_string(), Some(ANY_RATE))?.poses.into_iter().next(),
+        Some(path) => read_first_pose(path, capture.poses_up, body.shaped(&[]).rest_joints[0])?,
     };
-    let keypoints = match &arguments.keypoints {
+    let mut keypoints = match &arguments.keypoints {
         None => Vec::new(),
         Some(path) => read_keypoints(path, capture.frame_count, &body.joint_names, capture.camera())?,
     };
+    for (_, position) in keypoints.iter_mut().flat_map(|frame| &mut frame.space) {
+        *position = capture.orientation.matrix() * *position;
+    }
     let hints = Hints { initial_pose, keypoints };
     let registration = register(&capture, &body, &hints, Progress::Bars)?;
-    write_body(&output, &registration.parameters, capture.frames_per_second)?;
+    write_body(&output, &registration.parameters, Up::Y, capture.frames_per_second)?;
     let mean = registration.distances.iter().sum::<f64>() / registration.distances.len() as f64;
     let seconds = begin.elapsed().as_secs_f64();
     println!(

@@ -12,7 +12,7 @@ use crease_trainer::progress::Progress;
 use crease_trainer::report::{Photographer, Report, Row, Truth, hardest, page};
 use crease_trainer::residue::{Residue, Wishes, residue};
 use crease_trainer::run_log::{Line, read_log};
-use crease_trainer::sequence::Sequence;
+use crease_trainer::sequence::{Reading, Sequence};
 use crease_trainer::studio::Studio;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,6 +29,8 @@ pub struct Arguments {
     /// Shape and poses; body.npz of the sequence if left out
     #[arg(long, value_name = "FILE")]
     pub poses: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
     /// Frames to measure, as a Python slice; those that were not trained on if left out
     #[arg(long, value_name = "START:STOP:STEP")]
     pub frames: Option<FrameRange>,
@@ -49,7 +51,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let output = arguments.output.clone().unwrap_or_else(|| arguments.avatar.with_extension("html"));
     let avatar = Arc::new(read_avatar(&arguments.avatar)?);
-    let sequence = open_sequence(&arguments.sequence, arguments.poses.as_ref())?;
+    let sequence = open_sequence(&avatar, &arguments.sequence, arguments.poses.as_ref(), &arguments.reading)?;
     let trained = trained_frames(&avatar, &sequence);
     let truth = Truth::new(&sequence, Arc::clone(&avatar))?;
     let frames = match arguments.frames {
@@ -58,7 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let mut training_poses: Vec<Pose> = trained.iter().map(|&frame| sequence.poses[frame].clone()).collect();
     for directory in &arguments.trained_on {
-        let other = Sequence::open(directory)?;
+        let other = open_sequence(&avatar, directory, None, &arguments.reading)?;
         training_poses.extend(trained_frames(&avatar, &other).into_iter().map(|frame| other.poses[frame].clone()));
     }
     let wishes =

@@ -10,6 +10,7 @@ use crease_trainer::frames::FrameRange;
 use crease_trainer::interrupt::Interrupted;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
+use crease_trainer::sequence::Reading;
 use crease_trainer::train::{Facts, train};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -32,6 +33,8 @@ pub struct Arguments {
     /// Shape and poses, for sequences in order; body.npz of each if left out
     #[arg(long, value_name = "FILE")]
     pub poses: Vec<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
     /// Frames to train on, as a Python slice; give one for all sequences or one for each [default: all]
     #[arg(long, value_name = "START:STOP:STEP")]
     pub frames: Vec<FrameRange>,
@@ -51,7 +54,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Go on with a run that was broken off, from its checkpoint
-    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "frames", "preset", "seed", "assignments", "name", "config", "checkpoint"])]
+    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "up", "mirrored", "poses_up", "frames", "preset", "seed", "assignments", "name", "config", "checkpoint"])]
     pub resume: Option<PathBuf>,
     /// Where work is kept while the run lasts, and after it [default: beside the output until the run is done]
     #[arg(long, value_name = "DIRECTORY")]
@@ -188,8 +191,12 @@ pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
         config.options = config.options.with(assignment)?;
     }
     if !arguments.sequences.is_empty() {
-        let all =
-            |directory: &PathBuf| ChosenFrames { directory: directory.clone(), poses: None, frames: FrameRange::ALL };
+        let all = |directory: &PathBuf| ChosenFrames {
+            directory: directory.clone(),
+            poses: None,
+            reading: Reading::default(),
+            frames: FrameRange::ALL,
+        };
         config.sequences = arguments.sequences.iter().map(all).collect();
     }
     let (ranges, count) = (&arguments.frames, config.sequences.len());
@@ -200,6 +207,9 @@ pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
     );
     for (sequence, range) in config.sequences.iter_mut().zip(ranges.iter().cycle()) {
         sequence.frames = *range;
+    }
+    if !arguments.reading.is_default() {
+        config.sequences.iter_mut().for_each(|sequence| sequence.reading = arguments.reading);
     }
     let poses = &arguments.poses;
     ensure!(

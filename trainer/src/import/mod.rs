@@ -4,7 +4,7 @@ mod cape;
 mod packed;
 
 use crate::files::write_whole;
-use crate::sequence::{BodyParameters, read, read_error, write_body};
+use crate::sequence::{BodyParameters, Orientation, Up, read, read_error, write_body};
 use anyhow::{Context, ensure};
 use crease::body::Pose;
 use crease::numpy::{Archive, ReadError};
@@ -35,6 +35,10 @@ pub struct Source {
     pub frames_per_second: f32,
     /// `metre`, `centimetre` or `millimetre`: the unit of the scans.
     pub units: String,
+    /// How the scans lie.
+    pub orientation: Orientation,
+    /// What is up in the poses.
+    pub poses_up: Up,
 }
 
 /// What a layout holds, frame by frame.
@@ -74,15 +78,18 @@ pub fn import(layout: Layout, source: &Source, directory: &Path) -> anyhow::Resu
     let name = if found.betas.is_some() { "body.npz" } else { "poses.npz" };
     let body = directory.join(name);
     let parameters = BodyParameters { betas: found.betas.unwrap_or_default(), poses: found.poses };
-    write_body(&body, &parameters, source.frames_per_second)?;
-    let description = json!({
+    write_body(&body, &parameters, source.poses_up, source.frames_per_second)?;
+    let mut description = json!({
         "name": source.name,
         "fps": source.frames_per_second,
         "frame_count": frame_count,
         "units": source.units,
-        "up": "y",
+        "up": source.orientation.up,
         "capture": { "kind": "pointcloud" },
     });
+    if let Some(axis) = source.orientation.mirrored {
+        description["mirrored"] = json!(axis);
+    }
     // Last: a folder with a description is whole.
     let text = serde_json::to_string_pretty(&description)? + "\n";
     write_whole(&directory.join("sequence.json"), text.as_bytes())?;

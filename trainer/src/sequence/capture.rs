@@ -2,13 +2,13 @@
 
 use super::camera::Camera;
 use super::depth;
+use super::orientation::{Axis, Orientation, Reading, Up};
 use super::{read, read_error};
 use crate::checkpoint::{Fingerprint, Ingredients};
 use crate::ply::PointCloud;
 use crate::scan_file::{ENDINGS, read_scan};
 use crease::numpy::{Archive, ReadError};
-use glam::{Affine3A, Vec3A};
-use std::f32::consts::FRAC_PI_2;
+use glam::Vec3A;
 use std::path::{Path, PathBuf};
 
 /// Scans of one person over time. They are read when asked for.
@@ -24,8 +24,12 @@ pub struct Capture {
     pub frame_count: usize,
     /// Licence of the data, as the sequence states it; may be empty.
     pub licence: String,
+    /// How the scans lie in their files.
+    pub orientation: Orientation,
+    /// What is up in files of poses that do not say so themselves.
+    pub poses_up: Up,
     layout: Layout,
-    up: Up,
+    has_inward_normals: bool,
     metres_per_unit: f32,
 }
 
@@ -37,15 +41,6 @@ enum Layout {
     Depth(Box<Camera>),
     /// A kind that has no scans.
     Other(String),
-}
-
-/// Which way is up in the files. In memory it is y.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Up {
-    /// y.
-    Y,
-    /// z.
-    Z,
 }
 
 /// One frame's scan.
@@ -106,7 +101,13 @@ pub struct Description {
     #[serde(default)]
     units: Option<String>,
     #[serde(default)]
-    up: Option<String>,
+    up: Option<Up>,
+    #[serde(default)]
+    mirrored: Option<Axis>,
+    #[serde(default)]
+    poses_up: Option<Up>,
+    #[serde(default)]
+    normals: Option<String>,
     #[serde(default)]
     licence: String,
     #[serde(default)]
@@ -140,6 +141,11 @@ impl Description {
 impl Capture {
     /// Reads `sequence.json` of `directory`, and `camera.json` where the scans are depth images.
     pub fn open(directory: &Path) -> Result<Self, ReadError> {
+        Self::open_as(directory, &Reading::default())
+    }
+
+    /// [`Self::open`], where `reading` counts more than the description.
+    pub fn open_as(directory: &Path, reading: &Reading) -> Result<Self, ReadError> {
         let path = directory.join("sequence.json");
         let error = |field: &str, expected: &str, found: String| read_error(&path, field, expected, found);
         let description = Description::read(&read(&path)?, &path.display().to_string())?;
@@ -149,17 +155,19 @@ impl Capture {
             Some("millimetre") => 0.001,
             Some(other) => return Err(error("units", "metre, centimetre or millimetre", other.into())),
         };
-        let up = match description.up.as_deref() {
-            None | Some("y") => Up::Y,
-            Some("z") => Up::Z,
-            Some(other) => return Err(error("up", "y or z", other.into())),
+        let has_inward_normals = match description.normals.as_deref() {
+            None | Some("outward") => false,
+            Some("inward") => true,
+            Some(other) => return Err(error("normals", "outward or inward", other.into())),
         };
+        let up = reading.up.or(description.up).unwrap_or_default();
+        let orientation = Orientation { up, mirrored: reading.mirrored.or(description.mirrored) };
         let layout = match description.capture.kind.as_str() {
             "pointcloud" => Layout::PointCloud,
             "depth" => {
                 let camera = description.capture.camera.as_deref().unwrap_or("camera.json");
                 let mut camera = Camera::read(&directory.join(camera))?;
-                camera.place(up.y_from_files() * camera.world_from_camera);
+                camera.place(orientation.motion() * camera.world_from_camera);
                 Layout::Depth(Box::new(camera))
             }
             other => Layout::Other(other.into()),
@@ -170,8 +178,10 @@ impl Capture {
             frames_per_second: description.fps,
             frame_count: description.frame_count,
             licence: description.licence,
+            orientation,
+            poses_up: reading.poses_up.or(description.poses_up).unwrap_or(up),
             layout,
-            up,
+            has_inward_normals,
             metres_per_unit,
         })
     }
@@ -207,11 +217,13 @@ impl Capture {
                 return Err(read_error(&path, "capture.kind", "pointcloud or depth", kind.clone()));
             }
         };
+        let matrix = self.orientation.matrix();
         for point in &mut frame.points {
-            *point = self.up.to_y(*point * self.metres_per_unit);
+            *point = matrix * (*point * self.metres_per_unit);
         }
+        let sign = if self.has_inward_normals { -1.0 } else { 1.0 };
         for normal in frame.normals.iter_mut().flatten() {
-            *normal = self.up.to_y(*normal);
+            *normal = matrix * (*normal * sign);
         }
         Ok(frame)
     }
@@ -229,10 +241,10 @@ impl Capture {
             count => normals.expect_shape(&[count, 3])?,
         }
         let vectors = |numbers: Vec<f32>| numbers.chunks_exact(3).map(Vec3A::from_slice).collect::<Vec<_>>();
-        let points =
-            vectors(points.finite_numbers()?).iter().map(|&p| self.up.to_y(p * self.metres_per_unit)).collect();
-        let normals = vectors(normals.finite_numbers()?);
-        Ok(GroundTruth { points, normals: normals.iter().map(|&n| self.up.to_y(n).normalize_or_zero()).collect() })
+        let matrix = self.orientation.matrix();
+        let points = vectors(points.finite_numbers()?).iter().map(|&p| matrix * (p * self.metres_per_unit)).collect();
+        let normals = vectors(normals.finite_numbers()?).iter().map(|&n| (matrix * n).normalize_or_zero()).collect();
+        Ok(GroundTruth { points, normals })
     }
 
     /// Whether there is a file with the ground truth of frame `index`.
@@ -249,19 +261,5 @@ impl Capture {
             return Ok(());
         }
         Err(read_error(&self.directory, "frame", &format!("less than {}", self.frame_count), index.to_string()))
-    }
-}
-
-impl Up {
-    /// Turns a vector of the files so that y is up.
-    fn to_y(self, vector: Vec3A) -> Vec3A {
-        self.y_from_files().transform_vector3a(vector)
-    }
-
-    fn y_from_files(self) -> Affine3A {
-        match self {
-            Self::Y => Affine3A::IDENTITY,
-            Self::Z => Affine3A::from_rotation_x(-FRAC_PI_2),
-        }
     }
 }

@@ -4,14 +4,17 @@ mod body_file;
 mod camera;
 mod capture;
 mod depth;
+mod orientation;
 
-pub use body_file::{BodyParameters, read_body, write_body};
+pub use body_file::{BodyParameters, WrittenBody, read_body, read_first_pose, write_body};
 pub use camera::Camera;
 pub use capture::{Capture, Description, Frame, GroundTruth};
 pub use depth::{ImageFile, decode_frame};
+pub use orientation::{Axis, Orientation, Reading, Up};
 
 use crease::body::Pose;
 use crease::numpy::ReadError;
+use glam::Vec3A;
 use std::path::Path;
 
 /// A capture with the body's shape and poses in it.
@@ -26,14 +29,19 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Reads `sequence.json` and `body.npz` of `directory`.
-    pub fn open(directory: &Path) -> Result<Self, ReadError> {
-        Self::with_body(directory, &directory.join("body.npz"))
-    }
-
-    /// Reads `sequence.json` of `directory`, and shape and poses from a file that lies anywhere.
-    pub fn with_body(directory: &Path, path: &Path) -> Result<Self, ReadError> {
-        let capture = Capture::open(directory)?;
+    /// Reads `sequence.json` of `directory`, and shape and poses from `poses`, or else from its own `body.npz`.
+    ///
+    /// `reading` counts more than the description. `root` gives where the first joint of the body with shape β rests, metres: poses that do
+    /// not have y up are turned, and the root is turned about it.
+    pub fn open(
+        directory: &Path,
+        poses: Option<&Path>,
+        reading: &Reading,
+        root: impl Fn(&[f32]) -> Vec3A,
+    ) -> Result<Self, ReadError> {
+        let capture = Capture::open_as(directory, reading)?;
+        let own = directory.join("body.npz");
+        let path = poses.unwrap_or(&own);
         if !path.exists() {
             return Err(read_error(
                 path,
@@ -42,7 +50,7 @@ impl Sequence {
                 "none".into(),
             ));
         }
-        let BodyParameters { betas, poses } = read_body(path)?;
+        let BodyParameters { betas, poses } = read_body(path)?.y_up(capture.poses_up, root);
         if poses.len() != capture.frame_count {
             let expected = format!("{} frames as in sequence.json", capture.frame_count);
             return Err(read_error(path, "poses", &expected, poses.len().to_string()));

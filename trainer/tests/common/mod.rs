@@ -4,9 +4,10 @@ use crease::animate::PosedSurface;
 use crease::body::{Body, Pose};
 use crease::fixture::{bent_pose, voxel_person};
 use crease::mesh::{Scheme, Subdivision, vertex_normals};
-use crease::numpy::{Array, Compression, write_npz};
+use crease::numpy::{Array, Compression, ReadError, write_npz};
 use crease::rotation::axis_angle_from_quat;
 use crease_trainer::sampling::area_uniform;
+use crease_trainer::sequence::{Reading, Sequence};
 use glam::{Quat, Vec3A};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,11 @@ impl Drop for Directory {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// Reads a sequence whose poses have y up.
+pub fn open(directory: &Path) -> Result<Sequence, ReadError> {
+    Sequence::open(directory, None, &Reading::default(), |_| Vec3A::ZERO)
 }
 
 fn poses(count: usize) -> Vec<Pose> {

@@ -1,9 +1,13 @@
 //! What a capture is like and what would go wrong, before training is paid for.
 
+mod placement;
+
 use crate::nearest::NearestPoints;
 use crate::sampling::generator;
 use crate::sequence::{Capture, Frame, read_body};
+use crease::body::Body;
 use glam::Vec3A;
+use placement::Placement;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -61,8 +65,8 @@ pub struct Report {
     pub notes: Vec<String>,
 }
 
-/// Looks at every frame of a capture. What is wrong with single frames is in the report.
-pub fn check(capture: &Capture) -> Report {
+/// Looks at every frame of a capture, and at the poses of `body` where there are any. What is wrong with single frames is in the report.
+pub fn check(capture: &Capture, body: &Body) -> Report {
     let mut report = Report {
         name: capture.name.clone(),
         frame_count: capture.frame_count,
@@ -85,9 +89,12 @@ pub fn check(capture: &Capture) -> Report {
     }
     report.ground_truth_count = (0..capture.frame_count).filter(|&index| capture.has_ground_truth(index)).count();
     judge_size(&mut report);
+    let mut placement = Placement::new(capture);
+    placement.judge_up(&report.frames.clone(), &mut report);
+    placement.judge_normals(&mut report);
     judge_quality(&mut report);
     judge_count(capture, &mut report);
-    judge_body(capture, &mut report);
+    judge_body(capture, body, &placement, &mut report);
     report
 }
 
@@ -128,7 +135,7 @@ fn look(points: &[Vec3A], nearest: &NearestPoints, probe: Vec3A) -> [f32; 3] {
     [spacing, squares / (count - 3.0), if shift.length() > EDGE_SHIFT * reach { 1.0 } else { 0.0 }]
 }
 
-/// Units and up axis, from the median extents.
+/// Units, and height over the floor, from the median extents.
 fn judge_size(report: &mut Report) {
     if report.frames.is_empty() {
         return;
@@ -146,12 +153,6 @@ fn judge_size(report: &mut Report) {
     } else if !HEIGHTS.contains(&size) {
         report.problems.push(format!(
             "sequence.json: units: expected a person of {HEIGHTS:?} m, found {size:.3} m: scale the scans to metres"
-        ));
-    }
-    if longest == 2 && extents[2] > 1.3 * extents[1] {
-        report.problems.push(format!(
-            "sequence.json: up: expected people to be tallest along y, found {:.2} m along y and {:.2} m along z: say \"up\": \"z\"",
-            extents[1], extents[2]
         ));
     }
     let floor = median(report.frames.iter().map(|frame| frame.bounds[0][1]).collect());
@@ -195,21 +196,23 @@ fn judge_count(capture: &Capture, report: &mut Report) {
     }
 }
 
-fn judge_body(capture: &Capture, report: &mut Report) {
+fn judge_body(capture: &Capture, body: &Body, placement: &Placement, report: &mut Report) {
     let path = capture.directory.join("body.npz");
     if !path.exists() {
-        report.notes.push("no body.npz: `crease register` estimates it".into());
+        report
+            .notes
+            .push("no body.npz: `crease register` estimates it; without poses nothing tells mirror images".into());
         return;
     }
     match read_body(&path) {
         Err(error) => report.problems.push(error.to_string()),
-        Ok(body) if body.poses.len() != capture.frame_count => report.problems.push(format!(
+        Ok(written) if written.parameters.poses.len() != capture.frame_count => report.problems.push(format!(
             "{}: poses: expected {} frames as in sequence.json, found {}",
             path.display(),
             capture.frame_count,
-            body.poses.len()
+            written.parameters.poses.len()
         )),
-        Ok(_) => {}
+        Ok(written) => placement.judge_body(body, &written, report),
     }
 }
 
@@ -223,6 +226,7 @@ mod tests {
     use super::*;
     use crate::mesh_file::MeshFormat;
     use crate::shapes::sphere;
+    use crease::fixture::voxel_person;
     use std::fs;
     use std::path::PathBuf;
 
@@ -257,7 +261,7 @@ mod tests {
     }
 
     fn report(folder: &Folder) -> Report {
-        check(&Capture::open(&folder.0).unwrap())
+        check(&Capture::open(&folder.0).unwrap(), &voxel_person())
     }
 
     #[test]
@@ -279,6 +283,7 @@ mod tests {
         assert!(problem("centimetres", |p| p * 100.0).contains("\"centimetre\""));
         assert!(problem("tiny", |p| p * 0.001).contains("scale the scans"));
         assert!(problem("lying", |p| Vec3A::new(p.x, -p.z, p.y)).contains("\"up\": \"z\""));
+        assert!(problem("aside", |p| Vec3A::new(p.y, p.x, -p.z)).contains("--up x"));
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod transfer;
 mod validate;
 mod write;
 
-pub(crate) use glb::Glb;
+pub use glb::Glb;
 
 use crate::body::Rig;
 use crate::mesh::{Scheme, Triangle};

@@ -2,28 +2,68 @@
 
 use anyhow::Context;
 use std::fs::{self, File};
-use std::io::Write;
-use std::path::Path;
+use std::io::{BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
 
 /// Writes `bytes` beside `path`, waits until they are on the disk, and renames: a reader never sees half a file, nor does anyone after a
 /// power cut. Missing directories are made.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let name = path.file_name().with_context(|| format!("{}: expected the name of a file", path.display()))?;
-    fs::create_dir_all(directory).with_context(|| format!("{}: cannot make the directory", directory.display()))?;
-    let aside = directory.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let written = write_through(&aside, bytes).and_then(|()| fs::rename(&aside, path));
-    if written.is_err() {
-        // The write's own error is the one to report.
-        let _ = fs::remove_file(&aside);
-    }
-    written.with_context(|| format!("{}: cannot be written", path.display()))
+    let mut file = PartFile::create(path)?;
+    file.write_all(bytes).with_context(|| cannot_be_written(path))?;
+    file.keep()
 }
 
-fn write_through(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(bytes)?;
-    file.sync_all()
+/// A file that is written piece by piece, and has its name when it is whole. Without [`Self::keep`] nothing is left of it.
+pub struct PartFile {
+    file: BufWriter<File>,
+    aside: PathBuf,
+    path: PathBuf,
+}
+
+impl PartFile {
+    /// Begins the file that will be at `path`. Missing directories are made.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name = path.file_name().with_context(|| format!("{}: expected the name of a file", path.display()))?;
+        fs::create_dir_all(directory).with_context(|| format!("{}: cannot make the directory", directory.display()))?;
+        let aside = directory.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
+        let open = File::options().read(true).write(true).create(true).truncate(true).open(&aside);
+        let file = BufWriter::new(open.with_context(|| cannot_be_written(path))?);
+        Ok(Self { file, aside, path: path.to_path_buf() })
+    }
+
+    /// Copies all that was written so far to the end of another.
+    pub fn append_to(&mut self, other: &mut Self) -> std::io::Result<()> {
+        self.file.rewind()?;
+        std::io::copy(self.file.get_mut(), &mut other.file).map(|_| ())
+    }
+
+    /// Waits until everything is on the disk, and gives the file its name.
+    pub fn keep(mut self) -> anyhow::Result<()> {
+        let kept = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
+        kept.and_then(|()| fs::rename(&self.aside, &self.path)).with_context(|| cannot_be_written(&self.path))
+    }
+}
+
+impl Write for PartFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for PartFile {
+    fn drop(&mut self) {
+        // It is gone already where it was kept, and where it cannot be removed nobody could do better.
+        let _ = fs::remove_file(&self.aside);
+    }
+}
+
+fn cannot_be_written(path: &Path) -> String {
+    format!("{}: cannot be written", path.display())
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! 1/m and point outward on a sphere.
 
 pub mod ablation;
+pub mod animation;
 pub mod appearance;
 pub mod check;
 pub mod checkpoint;

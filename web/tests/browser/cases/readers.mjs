@@ -13,6 +13,9 @@ const AVATARS = [
   "web/assets/tee-turner.glb",
 ];
 
+/** What `crease animate` writes: trainer/tests/animate.rs makes the same. */
+const MOVING = "tests/fixtures/tiny_moving.glb";
+
 /** What the JSON chunk of a GLB says of its one figure. */
 async function said(file) {
   const bytes = await readFile(new URL(file, ROOT));
@@ -36,7 +39,7 @@ async function addThree(page) {
 }
 
 async function bundle() {
-  const contents = `export { GLTFLoader } from "three/addons/loaders/GLTFLoader.js"; export { Box3 } from "three";`;
+  const contents = `export { GLTFLoader } from "three/addons/loaders/GLTFLoader.js"; export { AnimationMixer, Box3 } from "three";`;
   const resolveDir = fileURLToPath(new URL("web", ROOT));
   const { outputFiles } = await build({
     stdin: { contents, resolveDir },
@@ -85,6 +88,31 @@ async function readWithThree(bytes) {
   };
 }
 
+/** Runs in the page: plays a file's animation, and tells where its root and its left shoulder are at the times asked for. */
+async function playWithThree(bytes, times) {
+  const { GLTFLoader, AnimationMixer } = window.THREE;
+  const { scene, animations } = await new GLTFLoader().parseAsync(bytes, "");
+  let mesh;
+  scene.traverse((object) => {
+    if (object.isSkinnedMesh) mesh = object;
+  });
+  const mixer = new AnimationMixer(scene);
+  mixer.clipAction(animations[0]).play();
+  const moments = times.map((time) => {
+    mixer.setTime(time);
+    const [root, shoulder] = [mesh.skeleton.bones[0], mesh.skeleton.bones[16]];
+    return { x: root.position.x, turn: root.quaternion.toArray(), shoulder: shoulder.quaternion.toArray() };
+  });
+  const { map, normalMap } = mesh.material;
+  return {
+    clips: animations.length,
+    duration: animations[0].duration,
+    hasTangents: "tangent" in mesh.geometry.attributes,
+    pictures: [map, normalMap].map((picture) => (picture?.image.width ?? 0) > 0),
+    moments,
+  };
+}
+
 function requireFigure(found, expected) {
   const { meshes, vertices, corners, bones, isTextured, ...shape } = found;
   assert.deepEqual({ meshes, vertices, corners, bones, isTextured }, { meshes: 1, ...expected });
@@ -109,6 +137,25 @@ export default [
       assert.ok(Math.abs(found.posedWidth - found.height) < 0.01, `${found.posedWidth} for ${found.height}`);
     },
   })),
+  {
+    name: "readers: three.js plays an animated GLB",
+    run: async ({ page, open }) => {
+      await open();
+      await addThree(page);
+      const { moments, ...found } = await page.evaluate(
+        `fetch("/${MOVING}").then((answer) => answer.arrayBuffer()).then((bytes) => (${playWithThree})(bytes, [0, 0.05]))`,
+      );
+      found.duration = Math.round(1000 * found.duration);
+      assert.deepEqual(found, { clips: 1, duration: 100, hasTangents: true, pictures: [true, true] });
+      const near = (values, expected) => values.every((value, k) => Math.abs(value - expected[k]) < 1e-4);
+      const [begin, middle] = moments;
+      assert.ok(near(begin.turn, [0, 0, 0, 1]), `${begin.turn}`);
+      // Half-way between the second frame and the third: 2.25 rad about y, and the arm sunk by 0.45 rad.
+      assert.ok(near([middle.x - begin.x], [0.15]), `${middle.x} after ${begin.x}`);
+      assert.ok(near(middle.turn, [0, Math.sin(1.125), 0, Math.cos(1.125)]), `${middle.turn}`);
+      assert.ok(near(middle.shoulder, [0, 0, -Math.sin(0.225), Math.cos(0.225)]), `${middle.shoulder}`);
+    },
+  },
   {
     name: "readers: three.js sees the mesh that the element exports",
     run: async ({ page, mount }) => {

@@ -49,34 +49,72 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let output = arguments.output.clone().unwrap_or_else(|| arguments.avatar.with_extension("html"));
     let avatar = Arc::new(read_avatar(&arguments.avatar)?);
     let sequence = open_sequence(&avatar, &arguments.sequence, arguments.poses.as_ref(), &arguments.reading)?;
-    let trained = trained_frames(&avatar, &sequence);
-    let truth = Truth::new(&sequence, Arc::clone(&avatar))?;
-    let frames = match arguments.frames {
+    let others = (arguments.trained_on.iter())
+        .map(|directory| open_sequence(&avatar, directory, None, &arguments.reading))
+        .collect::<Result<Vec<_>, _>>()?;
+    let wanted = Wanted {
+        avatar: &arguments.avatar,
+        output: arguments.output.clone().unwrap_or_else(|| arguments.avatar.with_extension("html")),
+        frames: arguments.frames,
+        pictures: arguments.pictures,
+        energy_frames: arguments.energy_frames,
+        progress: Progress::Bars,
+    };
+    let (residue, bytes) = write(&wanted, avatar, &sequence, &others)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string(&residue)?);
+    } else {
+        let (output, frames) = (wanted.output.display(), residue.frames.len());
+        println!("{output}: {:.1} MB, {frames} frames", bytes as f64 / 1e6);
+    }
+    Ok(())
+}
+
+/// What a page is to be about.
+pub struct Wanted<'a> {
+    /// The avatar's file.
+    pub avatar: &'a Path,
+    pub output: PathBuf,
+    /// Those that were not trained on if left out.
+    pub frames: Option<FrameRange>,
+    pub pictures: usize,
+    pub energy_frames: usize,
+    pub progress: Progress,
+}
+
+/// Writes the page about `avatar` on `sequence`; `others` are further ones that it may have been trained on. Gives what was measured, and the
+/// page's bytes.
+pub fn write(
+    wanted: &Wanted,
+    avatar: Arc<Avatar>,
+    sequence: &Sequence,
+    others: &[Sequence],
+) -> anyhow::Result<(Residue, usize)> {
+    let trained = trained_frames(&avatar, sequence);
+    let truth = Truth::new(sequence, Arc::clone(&avatar))?;
+    let frames = match wanted.frames {
         Some(frames) => frames.indices(sequence.capture.frame_count)?,
         None => unseen(truth.frames(), &trained),
     };
     let mut training_poses: Vec<Pose> = trained.iter().map(|&frame| sequence.poses[frame].clone()).collect();
-    for directory in &arguments.trained_on {
-        let other = open_sequence(&avatar, directory, None, &arguments.reading)?;
-        training_poses.extend(trained_frames(&avatar, &other).into_iter().map(|frame| other.poses[frame].clone()));
+    for other in others {
+        training_poses.extend(trained_frames(&avatar, other).into_iter().map(|frame| other.poses[frame].clone()));
     }
-    let wishes =
-        Wishes { frames: &frames, training_poses: &training_poses, energy_frame_count: arguments.energy_frames };
-    let residue = residue(Arc::clone(&avatar), &sequence, |frame| truth.truth(frame), &wishes, Progress::Bars)?;
+    let wishes = Wishes { frames: &frames, training_poses: &training_poses, energy_frame_count: wanted.energy_frames };
+    let residue = residue(Arc::clone(&avatar), sequence, |frame| truth.truth(frame), &wishes, wanted.progress)?;
 
-    let (rows, adapter) = match pictures(&avatar, &sequence, &truth, &residue, arguments.pictures) {
+    let (rows, adapter) = match pictures(&avatar, sequence, &truth, &residue, wanted) {
         Ok((rows, adapter)) => (Ok(rows), adapter),
         Err(error) => (Err(format!("{error:#}")), String::new()),
     };
-    let beside = |ending: &str| Some(arguments.avatar.with_extension(ending)).filter(|path| path.exists());
+    let beside = |ending: &str| Some(wanted.avatar.with_extension(ending)).filter(|path| path.exists());
     let log: Vec<Line> = beside("csv").map(|path| read_log(&path)).transpose()?.unwrap_or_default();
     let config = beside("toml").map(|path| read_text(&path)).transpose()?;
     let page = page(&Report {
         avatar: &avatar,
-        bytes: std::fs::metadata(&arguments.avatar)?.len() as usize,
+        bytes: std::fs::metadata(wanted.avatar)?.len() as usize,
         sequence: &sequence.capture.name,
         against: truth.name(),
         residue: &residue,
@@ -85,13 +123,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         log: &log,
         config: config.as_deref(),
     });
-    write_whole(&output, page.as_bytes())?;
-    if arguments.json {
-        println!("{}", serde_json::to_string(&residue)?);
-    } else {
-        println!("{}: {:.1} MB, {} frames", output.display(), page.len() as f64 / 1e6, residue.frames.len());
-    }
-    Ok(())
+    write_whole(&wanted.output, page.as_bytes())?;
+    Ok((residue, page.len()))
 }
 
 fn read_text(path: &Path) -> anyhow::Result<String> {
@@ -120,14 +153,15 @@ fn pictures(
     sequence: &Sequence,
     truth: &Truth,
     residue: &Residue,
-    count: usize,
+    wanted: &Wanted,
 ) -> anyhow::Result<(Vec<Row>, String)> {
     let studio = Studio::open()?;
     let mut photographer = Photographer::new(&studio, Animator::new(Arc::clone(avatar))?)?;
     let hardest = hardest(&residue.frames);
-    let mut chosen: Vec<usize> = hardest.iter().take(count.saturating_sub(1)).map(|frame| frame.frame).collect();
-    chosen.extend(hardest.get(hardest.len() / 2).map(|frame| frame.frame).filter(|_| count > 0));
-    let bar = Progress::Bars.bar("drawing", chosen.len());
+    let mut chosen: Vec<usize> =
+        hardest.iter().take(wanted.pictures.saturating_sub(1)).map(|frame| frame.frame).collect();
+    chosen.extend(hardest.get(hardest.len() / 2).map(|frame| frame.frame).filter(|_| wanted.pictures > 0));
+    let bar = wanted.progress.bar("drawing", chosen.len());
     let mut rows = Vec::new();
     for frame in chosen {
         let (scan, truth) = (truth.scan(frame)?, truth.truth(frame)?);

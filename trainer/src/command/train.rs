@@ -1,6 +1,7 @@
 //! `crease train`.
 
-use super::interrupt;
+use super::report::{self, Wanted};
+use super::{interrupt, open_sequence, read_avatar};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use crease_trainer::checkpoint::Checkpoint;
@@ -14,6 +15,7 @@ use crease_trainer::sequence::Reading;
 use crease_trainer::train::{Facts, train};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The run itself, in a checkpoint's directory.
@@ -62,6 +64,9 @@ pub struct Arguments {
     /// Keep the state of a network under training so often
     #[arg(long, value_name = "SECONDS", default_value_t = 30)]
     pub checkpoint_every: u64,
+    /// Write a page about the avatar beside it (.html), as `crease report` does: on the first sequence, frames that were not trained on
+    #[arg(long)]
+    pub report: bool,
     /// Say nothing but errors
     #[arg(long, conflicts_with = "json")]
     pub quiet: bool,
@@ -101,7 +106,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         directory: directory.unwrap_or_else(|| config.output.with_extension("checkpoint")),
     };
     execute(&config, progress, &kept)?;
-    config.write(&config.output.with_extension("toml"))
+    config.write(&config.output.with_extension("toml"))?;
+    if arguments.report { report(&config, progress) } else { Ok(()) }
+}
+
+/// The page about what was trained.
+fn report(config: &RunConfig, progress: Progress) -> anyhow::Result<()> {
+    let avatar = Arc::new(read_avatar(&config.output)?);
+    let open =
+        |chosen: &ChosenFrames| open_sequence(&avatar, &chosen.directory, chosen.poses.as_ref(), &chosen.reading);
+    let sequences = config.sequences.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    let (first, others) = sequences.split_first().context("sequences: expected at least one, found none")?;
+    let wanted = Wanted {
+        avatar: &config.output,
+        output: config.output.with_extension("html"),
+        frames: None,
+        pictures: 3,
+        energy_frames: 4,
+        progress,
+    };
+    let (residue, bytes) = report::write(&wanted, Arc::clone(&avatar), first, others)?;
+    let output = wanted.output.display();
+    match progress {
+        Progress::Bars => println!("{output}: {:.1} MB, {} frames", bytes as f64 / 1e6, residue.frames.len()),
+        Progress::Json => println!("{}", json!({ "report": wanted.output, "evaluation": residue.evaluation })),
+        Progress::Silent => {}
+    }
+    Ok(())
 }
 
 /// Where and how often a run's work is kept.

@@ -1,0 +1,44 @@
+//! A whole training from the command line, small, with the page about it at its end.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{Directory, write_body_model, write_sequence};
+use std::fs;
+use std::process::Command;
+
+#[test]
+fn a_training_ends_with_its_report() {
+    let directory = Directory::new("train-report");
+    let body = write_sequence(&directory.0.join("bumpy"));
+    write_body_model(&directory.0.join("body.npz"), &body);
+    let small = [
+        "anchor_count=100",
+        "texture_size=32",
+        "compact.coarse_fit.smoothness=[60]",
+        "compact.base_fit.smoothness=[3, 1]",
+        "compact.detail_fit.smoothness=[1]",
+    ];
+    let output = Command::new(env!("CARGO_BIN_EXE_crease"))
+        .args(["train", "bumpy", "-o", "bumpy.glb", "--body", "body.npz", "--frames", "0::2", "--report", "--json"])
+        .args(small.iter().flat_map(|assignment| ["--set", assignment]))
+        .current_dir(&directory.0)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for written in ["bumpy.glb", "bumpy.toml", "bumpy.csv"] {
+        assert!(directory.0.join(written).exists(), "{written}");
+    }
+    let page = fs::read_to_string(directory.0.join("bumpy.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.contains("3 frames, against the ground truth"));
+    // The run's own log, its options, and the command that trains it again.
+    for part in ["By part of the body", "How it was made", "<th>f_d</th>", "anchor_count = 100", "crease train bumpy"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(last["report"], "bumpy.html");
+    let of = |stage: &str| last["evaluation"][stage]["scan_to_mesh_cm"].as_f64().unwrap();
+    assert!(of("detailed") < 0.5 * of("body"), "{last}");
+    assert_eq!(last["evaluation"]["frames"], 3);
+}

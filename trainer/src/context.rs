@@ -132,6 +132,11 @@ impl TrainContext {
         &self.sequences[sample.sequence].poses[sample.frame]
     }
 
+    /// The poses of all training frames, in order.
+    pub fn poses(&self) -> Vec<Pose> {
+        self.samples.iter().map(|&sample| self.pose(sample).clone()).collect()
+    }
+
     /// What the computation `name` depends on whatever the frame: options and body.
     pub fn ingredients(&self, name: &str) -> Ingredients {
         let Rig { rest, rest_joints, parents, joint_names: _, skin, pose_directions } = &self.rig;

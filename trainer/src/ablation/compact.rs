@@ -58,14 +58,14 @@ pub fn compact_against_plain(
     let largest = *basis_counts.iter().max().context("counts: expected at least one, found none")?;
     let offsets = CompactDeformation.fit(context)?;
     set_basis_count(context, largest);
-    let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets));
+    let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets)?);
     let surfaces = CompactLaplacian.fit_surfaces(context, &deformation)?;
     let appearance = bake(context, &deformation)?;
     for &basis_count in basis_counts {
         set_basis_count(context, basis_count);
-        let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets));
+        let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets)?);
         let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
-        let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &deltas));
+        let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &deltas)?);
         let avatar = assemble(context, &facts, deformation, laplacian, appearance.clone())?;
         add(measured("compact".into(), Some(basis_count), avatar)?);
     }

@@ -36,18 +36,18 @@ pub fn fidelity(
     };
 
     let offsets = CompactDeformation.fit(context)?;
-    let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets));
+    let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets)?);
     let surfaces = CompactLaplacian.fit_surfaces(context, &deformation)?;
     let appearance = bake(context, &deformation)?;
     let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
-    let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &deltas));
+    let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &deltas)?);
     let avatar = assemble(context, &facts, deformation.clone(), laplacian, appearance.clone())?;
     let evaluation = measured_avatar(&avatar, sequence, frames)?.1;
     add("body", evaluation.body);
     add("base", evaluation.base);
     add("displacement in place of f_l", {
         let displacements = CompactDisplacement.measure(context, &deformation, &surfaces)?;
-        let displacement = SurfaceFunction::Compact(CompactDisplacement.regress(context, &displacements));
+        let displacement = SurfaceFunction::Compact(CompactDisplacement.regress(context, &displacements)?);
         let triangles = context.subdivision.triangles(context.level_count());
         evaluate_meshes(sequence, frames, triangles, |frame| {
             CompactDisplacement.surface(context, &deformation, &displacement, Sample { sequence: 0, frame })

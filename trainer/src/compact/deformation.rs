@@ -1,14 +1,12 @@
 //! f_d in compact form: fit the base to every scan, take the offsets back to the T-pose, regress them on the pose.
 
 use super::frame_fit::PreparedScan;
-use super::regions::weighted_regions;
 use super::surface_fit::{FitOptions, coverage, fit_surface};
-use super::two_scales::regress_on_two_scales;
+use super::two_scales::regress_surface;
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{DeformationTrainer, Sample, TrainContext};
 use anyhow::ensure;
 use crease::animate::PosedSurface;
-use crease::body::Pose;
 use crease::network::{Compact, SurfaceFunction};
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -21,7 +19,7 @@ pub struct CompactDeformation;
 
 impl DeformationTrainer for CompactDeformation {
     fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction> {
-        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context)?)))
+        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context)?)?))
     }
 }
 
@@ -52,11 +50,10 @@ impl CompactDeformation {
     }
 
     /// f_d from the offsets that [`Self::fit`] gives.
-    pub fn regress(&self, context: &TrainContext, offsets: &[Vec<Vec3A>]) -> Compact {
+    pub fn regress(&self, context: &TrainContext, offsets: &[Vec<Vec3A>]) -> anyhow::Result<Compact> {
         let options = &context.options.compact.deformation;
-        let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
-        let regions = weighted_regions(&context.domains[0].masks, &context.adjacency, options.blend_steps);
-        regress_on_two_scales(0, &regions, &context.adjacency, &poses, offsets, options)
+        let TrainContext { subdivision, domains, rig, .. } = context;
+        regress_surface(0, subdivision, domains, rig, &context.poses(), offsets, options)
     }
 }
 

@@ -30,7 +30,7 @@ impl CompactDisplacement {
     }
 
     /// The function of what [`Self::measure`] gives, with as many components as f_l has; its tables are in f_d's steps, which are metres too.
-    pub fn regress(&self, context: &TrainContext, displacements: &[Vec<Vec3A>]) -> Compact {
+    pub fn regress(&self, context: &TrainContext, displacements: &[Vec<Vec3A>]) -> anyhow::Result<Compact> {
         let BranchOptions { mut wide, mut narrow, .. } = context.options.compact.laplacian;
         wide.step = context.options.compact.deformation.wide.step;
         narrow.step = context.options.compact.deformation.narrow.step;

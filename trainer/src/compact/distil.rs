@@ -2,14 +2,13 @@
 
 use super::CompactOptions;
 use super::laplacian::coarsen;
-use super::regions::weighted_regions;
 use super::surface_fit::refine_to_finest;
-use super::two_scales::{BranchOptions, regress_on_two_scales};
+use super::two_scales::{BranchOptions, regress_surface};
 use anyhow::ensure;
 use crease::animate::{Animator, Options};
 use crease::avatar::Avatar;
 use crease::body::Pose;
-use crease::mesh::{Adjacency, Scheme, Subdivision};
+use crease::mesh::{Scheme, Subdivision};
 use crease::network::{Domain, Scratch, SurfaceFunction};
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -40,15 +39,13 @@ pub fn distil(avatar: &Avatar, poses: &[Pose], options: &CompactOptions) -> anyh
     let sampled = |function: &SurfaceFunction, level: usize, options: &BranchOptions| {
         let targets: Vec<Vec<Vec3A>> =
             poses.par_iter().map(|pose| values(function, &subdivision, &domains, pose, level)).collect();
-        let adjacency = Adjacency::new(subdivision.vertex_count(level), subdivision.triangles(level));
-        let regions = weighted_regions(&domains[level].masks, &adjacency, options.blend_steps << (2 * level));
-        let compact = regress_on_two_scales(level, &regions, &adjacency, poses, &targets, options);
-        SurfaceFunction::Compact(compact)
+        let compact = regress_surface(level, &subdivision, &domains, &avatar.rig, poses, &targets, options)?;
+        anyhow::Ok(SurfaceFunction::Compact(compact))
     };
     let level = (options.laplacian_level as usize).min(avatar.laplacian.level());
     Ok(Avatar {
-        deformation: sampled(&avatar.deformation, 0, &options.deformation),
-        laplacian: sampled(&avatar.laplacian, level, &options.laplacian),
+        deformation: sampled(&avatar.deformation, 0, &options.deformation)?,
+        laplacian: sampled(&avatar.laplacian, level, &options.laplacian)?,
         ..avatar.clone()
     })
 }

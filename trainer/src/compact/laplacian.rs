@@ -5,15 +5,13 @@
 
 use super::frame_fit::PreparedScan;
 use super::least_squares::conjugate_gradients;
-use super::regions::weighted_regions;
 use super::surface_fit::{FitOptions, coverage, fit_surface, refine_to_finest, restrict_from_finest};
-use super::two_scales::{BranchOptions, regress_on_two_scales};
+use super::two_scales::{BranchOptions, regress_surface};
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
 use crate::targets::{base_surface, offsets, operator_laplacian};
 use crease::animate::PosedSurface;
 use crease::avatar::Form;
-use crease::body::Pose;
 use crease::mesh::{Adjacency, Scheme, Subdivision};
 use crease::network::{Compact, SurfaceFunction};
 use glam::Vec3A;
@@ -24,7 +22,7 @@ pub struct CompactLaplacian;
 
 impl LaplacianTrainer for CompactLaplacian {
     fn train(&self, context: &TrainContext, deformation: &SurfaceFunction) -> anyhow::Result<SurfaceFunction> {
-        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context, deformation)?)))
+        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context, deformation)?)?))
     }
 }
 
@@ -62,20 +60,20 @@ impl CompactLaplacian {
     }
 
     /// f_l from the δ that [`Self::fit`] gives.
-    pub fn regress(&self, context: &TrainContext, targets: &[Vec<Vec3A>]) -> Compact {
+    pub fn regress(&self, context: &TrainContext, targets: &[Vec<Vec3A>]) -> anyhow::Result<Compact> {
         regress_on_tables(context, targets, &context.options.compact.laplacian)
     }
 }
 
 /// A function on the level of f_l's tables from its values in every training frame.
-pub(super) fn regress_on_tables(context: &TrainContext, targets: &[Vec<Vec3A>], options: &BranchOptions) -> Compact {
+pub(super) fn regress_on_tables(
+    context: &TrainContext,
+    targets: &[Vec<Vec3A>],
+    options: &BranchOptions,
+) -> anyhow::Result<Compact> {
     let level = context.options.compact.laplacian_level as usize;
-    let poses: Vec<Pose> = context.samples.iter().map(|&sample| context.pose(sample).clone()).collect();
-    let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
-    // A region's border is as wide in metres on any level.
-    let blend_steps = options.blend_steps << (2 * level);
-    let regions = weighted_regions(&context.domains[level].masks, &adjacency, blend_steps);
-    regress_on_two_scales(level, &regions, &adjacency, &poses, targets, options)
+    let TrainContext { subdivision, domains, rig, .. } = context;
+    regress_surface(level, subdivision, domains, rig, &context.poses(), targets, options)
 }
 
 /// What `measure` finds between the base and the fitted surface of every training frame, on the level of f_l's tables; what one did not see

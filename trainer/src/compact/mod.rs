@@ -6,6 +6,7 @@ mod distil;
 mod frame_fit;
 mod laplacian;
 mod least_squares;
+mod mirror;
 mod regions;
 mod regression;
 mod surface_fit;
@@ -72,15 +73,19 @@ impl Default for CompactOptions {
             view_smoothness: 8.0,
             deformation: BranchOptions {
                 blend_steps: 2,
-                smoothness: 30.0,
+                smoothness: 6.0,
+                shrinkage: 0.9,
+                mirrored: true,
                 wide: regression(8, 2.0, 1.0, 1.0 / 8192.0),
-                narrow: regression(80, 0.4, 0.01, 1.0 / 8192.0),
+                narrow: regression(120, 0.4, 0.01, 1.0 / 8192.0),
             },
             laplacian: BranchOptions {
                 blend_steps: 2,
-                smoothness: 500.0,
+                smoothness: 30.0,
+                shrinkage: 1.0,
+                mirrored: false,
                 wide: regression(0, 2.0, 1.0, 2.0),
-                narrow: regression(40, 0.25, 0.01, 2.0),
+                narrow: regression(64, 0.4, 0.01, 2.0),
             },
             laplacian_level: 1,
             clamp: 600.0,
@@ -94,6 +99,8 @@ impl CompactOptions {
         let branch = |step| BranchOptions {
             blend_steps: 2,
             smoothness: 0.0,
+            shrinkage: 1.0,
+            mirrored: false,
             wide: RegressionOptions { basis_count: 32, kernel_length: 1.0, ridge: 1e-3, step },
             narrow: RegressionOptions { basis_count: 0, kernel_length: 1.0, ridge: 1e-3, step },
         };

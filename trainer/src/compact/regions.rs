@@ -2,6 +2,7 @@
 
 use crease::mesh::Adjacency;
 use crease::pose_feature::PoseMask;
+use std::collections::BTreeMap;
 
 /// A region with the weight of its branch on each of its vertices; over all regions the weights of a vertex sum to one.
 #[derive(Clone, Debug)]
@@ -62,9 +63,43 @@ pub fn weighted_regions(masks: &[PoseMask], adjacency: &Adjacency, blend_steps: 
         .collect()
 }
 
+/// All regions that listen to joints as one, which listens to all of theirs; those that listen to none stay.
+pub fn merged(regions: &[WeightedRegion]) -> Vec<WeightedRegion> {
+    let (mut merged, listening): (Vec<_>, Vec<_>) =
+        regions.iter().cloned().partition(|region| region.mask == PoseMask::default());
+    let mut whole = WeightedRegion { mask: PoseMask::default(), vertices: Vec::new() };
+    let mut weights = BTreeMap::new();
+    for region in listening {
+        whole.mask = whole.mask.union(region.mask);
+        for (vertex, weight) in region.vertices {
+            *weights.entry(vertex).or_insert(0.0) += weight;
+        }
+    }
+    whole.vertices.extend(weights);
+    if !whole.vertices.is_empty() {
+        merged.push(whole);
+    }
+    merged
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn merging_keeps_the_deaf_apart_and_weights_whole() {
+        let region =
+            |mask, vertices: &[(u32, f32)]| WeightedRegion { mask: PoseMask(mask), vertices: vertices.to_vec() };
+        let regions = [
+            region(0, &[(0, 1.0), (1, 0.5)]),
+            region(2, &[(1, 0.25), (2, 0.5)]),
+            region(4, &[(1, 0.25), (2, 0.5), (3, 1.0)]),
+        ];
+        let merged = merged(&regions);
+        assert_eq!(merged.len(), 2);
+        assert_eq!((merged[0].mask, &merged[0].vertices), (PoseMask(0), &vec![(0, 1.0), (1, 0.5)]));
+        assert_eq!((merged[1].mask, &merged[1].vertices), (PoseMask(6), &vec![(1, 0.5), (2, 1.0), (3, 1.0)]));
+    }
 
     #[test]
     fn weights_sum_to_one_and_fall_off_away_from_the_border() {

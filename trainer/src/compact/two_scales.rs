@@ -1,16 +1,18 @@
 //! Regression on two scales of pose: what holds for all poses, and what holds near the training poses alone.
 //!
 //! A wide kernel with a large ridge learns the spatially smooth part of the targets: wrinkles seen at one pose say little about another
-//! far from it, and a wrong wrinkle is worse than none. A narrow kernel then learns what is left, and gives it back only near the
-//! poses where it was seen. Both are regions of the same function; far from every training pose the wide part's mean remains.
+//! far from it, and a wrong wrinkle is worse than none. It listens to the joints of each region alone, and maybe to mirrored poses too.
+//! A narrow kernel then learns what is left, and gives it back only near the poses where it was seen: near in all joints at once, for
+//! folds hang on how the whole body moved, and a leg that looks the same in another dance wears others. Both are regions of the same
+//! function; far from every training pose the wide part's mean remains.
 
 use super::least_squares::conjugate_gradients;
-use super::regions::WeightedRegion;
+use super::mirror::Mirror;
+use super::regions::{WeightedRegion, merged, weighted_regions};
 use super::regression::{Prior, RegressionOptions, regress};
-use crease::body::Pose;
-use crease::laplacian::{apply_topological, apply_topological_transposed, reciprocal_valences};
-use crease::mesh::Adjacency;
-use crease::network::{Compact, Scratch};
+use crease::body::{Pose, Rig};
+use crease::mesh::{Adjacency, Subdivision};
+use crease::network::{Compact, Domain, Scratch};
 use glam::Vec3A;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,26 +23,62 @@ use serde::{Deserialize, Serialize};
 pub struct BranchOptions {
     /// Width of the blend between regions, in edges of level 0.
     pub blend_steps: usize,
-    /// λ of the smooth part y of a field x, which minimises |y − x|² + λ |L y|²; 0 takes the field as it is.
+    /// λ of the smooth part y of a field x, which minimises |y − x|² + λ/6 Σ |y_i − y_j|² over the edges; 0 takes the field as it is.
     pub smoothness: f32,
+    /// Share of the smooth part that the wide regression is given. Where poses tell little, an estimate that is shrunk towards nothing is
+    /// nearer than one that is not.
+    pub shrinkage: f32,
+    /// Whether the wide regression learns from every frame's mirror image too. Not for clothes that differ left to right.
+    pub mirrored: bool,
     /// Regression of the smooth part.
     pub wide: RegressionOptions,
     /// Regression of what the wide one leaves; none where K is 0.
     pub narrow: RegressionOptions,
 }
 
-/// Learns a compact surface function; arguments as of [`regress`], `adjacency` that of `level`.
-pub fn regress_on_two_scales(
+/// Learns a compact surface function of `level` from one field of values on its vertices for each pose, canonical frame.
+///
+/// `domains` are those of the levels of `subdivision`. Fails where mirrored poses are wanted of a body that is not symmetric.
+pub fn regress_surface(
+    level: usize,
+    subdivision: &Subdivision,
+    domains: &[Domain],
+    rig: &Rig,
+    poses: &[Pose],
+    targets: &[Vec<Vec3A>],
+    options: &BranchOptions,
+) -> anyhow::Result<Compact> {
+    let triangles = subdivision.triangles(level);
+    let Domain { canonical, masks } = &domains[level];
+    let adjacency = Adjacency::new(canonical.len(), triangles);
+    // A region's border is as wide in metres on any level.
+    let regions = weighted_regions(masks, &adjacency, options.blend_steps << (2 * level));
+    let mirror = match options.mirrored {
+        true => Some(Mirror::new(canonical, triangles, rig.rest_joints[0].x, &rig.joint_names)?),
+        false => None,
+    };
+    Ok(regress_on_two_scales(level, &regions, &adjacency, poses, targets, mirror.as_ref(), options))
+}
+
+fn regress_on_two_scales(
     level: usize,
     regions: &[WeightedRegion],
     adjacency: &Adjacency,
     poses: &[Pose],
     targets: &[Vec<Vec3A>],
+    mirror: Option<&Mirror>,
     options: &BranchOptions,
 ) -> Compact {
-    let smooth: Vec<Vec<Vec3A>> =
-        targets.par_iter().map(|field| smoothed(adjacency, field, options.smoothness)).collect();
-    let wide = regress(level, regions, poses, &smooth, Prior::Mean, &options.wide);
+    let smooth = |field: &[Vec3A]| -> Vec<Vec3A> {
+        smoothed(adjacency, field, options.smoothness).into_iter().map(|value| options.shrinkage * value).collect()
+    };
+    let mut wide_poses = poses.to_vec();
+    let mut wide_targets: Vec<Vec<Vec3A>> = targets.par_iter().map(|field| smooth(field)).collect();
+    if let Some(mirror) = mirror {
+        wide_poses.extend(poses.iter().map(|pose| mirror.pose(pose)));
+        wide_targets.par_extend(targets.par_iter().map(|field| smooth(&mirror.field(field))));
+    }
+    let wide = regress(level, regions, &wide_poses, &wide_targets, Prior::Mean, &options.wide);
     if options.narrow.basis_count == 0 {
         return wide;
     }
@@ -51,14 +89,18 @@ pub fn regress_on_two_scales(
             target.iter().zip(&values).map(|(&target, &value)| target - value).collect()
         })
         .collect();
-    joined(wide, regress(level, regions, poses, &left, Prior::Zero, &options.narrow))
+    joined(wide, regress(level, &merged(regions), poses, &left, Prior::Zero, &options.narrow))
 }
 
-/// The sum of two functions of the same level and centres.
+/// The sum of two functions of the same level. The first one's centres begin with the second one's; to the rest the second is deaf.
 fn joined(mut first: Compact, second: Compact) -> Compact {
     let row_count = first.row_vertices.len() as u32;
+    let (own, all) = (second.centre_count as usize, first.centre_count as usize);
     first.regions.extend(second.regions.into_iter().map(|mut region| {
         region.rows = (region.rows.0 + row_count, region.rows.1 + row_count);
+        let rows = region.coefficient_from_kernel.chunks_exact(own);
+        region.coefficient_from_kernel =
+            rows.flat_map(|row| row.iter().copied().chain(std::iter::repeat_n(0.0, all - own))).collect();
         region
     }));
     first.row_vertices.extend(second.row_vertices);
@@ -73,15 +115,15 @@ fn smoothed(adjacency: &Adjacency, field: &[Vec3A], smoothness: f32) -> Vec<Vec3
     if smoothness == 0.0 {
         return smooth;
     }
-    let reciprocal_valences = reciprocal_valences(adjacency);
-    let mut once = vec![Vec3A::ZERO; field.len()];
+    // λ/6: on a mesh of valence six, λ is that of the umbrella operator.
+    let weight = smoothness / 6.0;
     let mut apply = |x: &[Vec3A], out: &mut [Vec3A]| {
-        apply_topological(adjacency, x, &mut once);
-        apply_topological_transposed(adjacency, &reciprocal_valences, &once, out);
-        out.iter_mut().zip(x).for_each(|(out, x)| *out = *out * smoothness + *x);
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = adjacency.of(k).iter().fold(x[k], |sum, &j| sum + weight * (x[k] - x[j as usize]));
+        }
     };
-    // L's own diagonal is 1, and that of LᵀL a little more.
-    let inverse_diagonal = vec![1.0 / (1.0 + 1.2 * smoothness); field.len()];
+    let inverse_diagonal: Vec<f32> =
+        (0..field.len()).map(|k| 1.0 / (1.0 + weight * adjacency.of(k).len() as f32)).collect();
     conjugate_gradients(&mut apply, &inverse_diagonal, field, &mut smooth, 100, 1e-4);
     smooth
 }
@@ -115,12 +157,23 @@ mod tests {
         let targets: Vec<Vec<Vec3A>> = (0..12).map(|t| target(&mesh.positions, 0.1 * t as f32)).collect();
         let options = BranchOptions {
             blend_steps: 0,
-            smoothness: 1000.0,
+            smoothness: 30.0,
+            shrinkage: 1.0,
+            mirrored: false,
             wide: RegressionOptions { basis_count: 3, kernel_length: 2.0, ridge: 0.1, step: 1e-3 },
             narrow: RegressionOptions { basis_count: narrow, kernel_length: 0.5, ridge: 1e-3, step: 1e-3 },
         };
-        let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, &options);
+        let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, None, &options);
         (mesh.positions, compact)
+    }
+
+    /// Σ over the rows of each vertex of their means.
+    fn mean_field(compact: &Compact, count: usize) -> Vec<Vec3A> {
+        let mut field = vec![Vec3A::ZERO; count];
+        for (row, &vertex) in compact.row_vertices.iter().enumerate() {
+            field[vertex as usize] += Vec3A::from_slice(&compact.mean[3 * row..]);
+        }
+        field
     }
 
     fn evaluate(compact: &Compact, count: usize, bend: f32) -> Vec<Vec3A> {
@@ -154,5 +207,95 @@ mod tests {
         let noise = rms(near.iter().map(|value| value.z));
         assert!(noise < 0.15, "{noise}");
         assert!(rms(target(&positions, 0.5).iter().map(|value| value.z)) > 0.9);
+    }
+
+    /// Poses of three joints, and a field that grows with the second one's bend on the side x > 0, and with the third one's on the other.
+    fn sided(bends: &[(f32, f32)], positions: &[Vec3A]) -> (Vec<Pose>, Vec<Vec<Vec3A>>) {
+        let pose = |&(left, right): &(f32, f32)| {
+            let mut pose = Pose::rest(3);
+            pose.rotations[1] = Quat::from_rotation_x(left);
+            pose.rotations[2] = Quat::from_rotation_x(right);
+            pose
+        };
+        let field = |&(left, right): &(f32, f32)| {
+            positions.iter().map(|p| Vec3A::new(left * p.x.max(0.0) - right * p.x.min(0.0), 0.0, 0.0)).collect()
+        };
+        (bends.iter().map(pose).collect(), bends.iter().map(field).collect())
+    }
+
+    fn options(narrow: usize) -> BranchOptions {
+        BranchOptions {
+            blend_steps: 0,
+            smoothness: 0.0,
+            shrinkage: 1.0,
+            mirrored: false,
+            wide: RegressionOptions { basis_count: 6, kernel_length: 2.0, ridge: 1e-2, step: 1e-4 },
+            narrow: RegressionOptions { basis_count: narrow, kernel_length: 0.4, ridge: 1e-3, step: 1e-4 },
+        }
+    }
+
+    #[test]
+    fn one_side_teaches_the_other_where_mirrored_poses_are_learnt() {
+        let mesh = sphere(1.0, 3);
+        let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
+        let names = ["pelvis", "left_knee", "right_knee"].map(String::from);
+        let mirror = Mirror::new(&mesh.positions, &mesh.triangles, 0.0, &names).unwrap();
+        let vertices = (0..mesh.positions.len() as u32).map(|vertex| (vertex, 1.0)).collect();
+        let regions = [WeightedRegion { mask: PoseMask(0b110), vertices }];
+        let (poses, targets) = sided(&[(0.0, 0.0), (0.3, 0.0), (0.6, 0.0), (0.9, 0.0)], &mesh.positions);
+        let (unseen, expected) = sided(&[(0.0, 0.6)], &mesh.positions);
+        // Of a vector along x the mirror image points the other way.
+        let expected: Vec<Vec3A> = expected[0].iter().map(|&value| -value).collect();
+        let error = |mirror: Option<&Mirror>| {
+            let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, mirror, &options(0));
+            let mut values = vec![Vec3A::ZERO; expected.len()];
+            compact.evaluate(&unseen[0], &mut Scratch::default(), &mut values);
+            rms(values.iter().zip(&expected).map(|(a, b)| a.distance(*b)))
+        };
+        let (taught, untaught) = (error(Some(&mirror)), error(None));
+        assert!(taught < 0.05 && untaught > 0.2, "{taught} {untaught}");
+    }
+
+    #[test]
+    fn what_was_worn_in_one_dance_is_not_worn_in_another_that_moves_the_same_leg() {
+        let mesh = sphere(1.0, 2);
+        let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
+        let half = |mask, left: bool| WeightedRegion {
+            mask: PoseMask(mask),
+            vertices: (0..mesh.positions.len() as u32)
+                .filter(|&v| (mesh.positions[v as usize].x > 0.0) == left)
+                .map(|v| (v, 1.0))
+                .collect(),
+        };
+        let regions = [half(0b010, true), half(0b100, false)];
+        let (poses, targets) = sided(&[(0.0, 0.0), (0.2, 0.1), (0.4, 0.2), (0.6, 0.3)], &mesh.positions);
+        let narrow_alone =
+            BranchOptions { wide: RegressionOptions { basis_count: 0, ..options(3).wide }, ..options(3) };
+        let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, None, &narrow_alone);
+        let mean = mean_field(&compact, mesh.positions.len());
+        let departure = |bends: (f32, f32)| {
+            let (pose, _) = sided(&[bends], &mesh.positions);
+            let mut values = vec![Vec3A::ZERO; mesh.positions.len()];
+            compact.evaluate(&pose[0], &mut Scratch::default(), &mut values);
+            rms(values.iter().zip(&mean).map(|(a, b)| a.distance(*b)))
+        };
+        let (same, other) = (departure((0.6, 0.3)), departure((0.6, 2.5)));
+        assert!(same > 0.05 && other < 0.2 * same, "{same} {other}");
+    }
+
+    #[test]
+    fn shrinking_keeps_a_share_of_what_is_smooth() {
+        let mesh = sphere(1.0, 2);
+        let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
+        let vertices = (0..mesh.positions.len() as u32).map(|vertex| (vertex, 1.0)).collect();
+        let regions = [WeightedRegion { mask: PoseMask(0b110), vertices }];
+        let (poses, targets) = sided(&[(0.2, 0.0), (0.2, 0.1), (0.2, 0.2)], &mesh.positions);
+        let at_rest = |shrinkage: f32| {
+            let options = BranchOptions { shrinkage, ..options(0) };
+            let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, None, &options);
+            rms(mean_field(&compact, mesh.positions.len()).iter().map(|value| value.length()))
+        };
+        let share = at_rest(0.5) / at_rest(1.0);
+        assert!((share - 0.5).abs() < 0.01, "{share}");
     }
 }

@@ -333,7 +333,7 @@ impl Player {
         if self.tells_laplacian
             && let Prepared::Detailed(animator) = &mut self.prepared
         {
-            let deltas = animator.learned_laplacian(pose, options.level);
+            let deltas = animator.learned_laplacian(pose, options.liveliness, options.level);
             self.laplacian.extend(deltas.iter().zip(&self.normals).map(|(delta, normal)| delta.dot(*normal)));
         }
         Ok(Some(Posed {

@@ -149,6 +149,10 @@ fn function(numbers: &mut Numbers, level: usize, count: usize, size: f32) -> Sur
             basis_count: basis_count as u32,
             kernel_length: 0.01 + numbers.unit().abs(),
             coefficient_from_kernel: numbers.units(basis_count * centre_count, 1.0),
+            recalled: {
+                let recalled = numbers.below(centre_count + 1);
+                numbers.units(basis_count * recalled, 1.0)
+            },
         });
     }
     SurfaceFunction::Compact(tables)
@@ -178,6 +182,7 @@ pub fn animate(bytes: &[u8]) {
         let options = Options {
             stage: [Stage::Detailed, Stage::Base, Stage::Body][numbers.below(3)],
             detail: 2.0 * numbers.unit(),
+            liveliness: numbers.unit().abs(),
             stop: [Stop::Tolerance(1e-5), Stop::Iterations(3)][numbers.below(2)],
             warm_start: numbers.below(2) == 1,
             level: numbers.below(5),

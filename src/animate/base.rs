@@ -49,7 +49,7 @@ impl BaseAnimator {
         let offsets: &[Vec3A] = if options.stage == Stage::Body {
             &[]
         } else {
-            avatar.deformation.evaluate(domain, pose, scratch, offsets);
+            avatar.deformation.evaluate_lively(domain, pose, options.liveliness, scratch, offsets);
             offsets
         };
         observe(Part::Deformation);

@@ -36,6 +36,9 @@ pub struct Options {
     pub stage: Stage,
     /// 0 is the base, 1 as trained, 2 exaggerated.
     pub detail: f32,
+    /// What poses far from training wear: 0 what is likeliest, which is smooth; 1 the folds of the training poses nearest to them. Has no
+    /// say in functions that do not recall.
+    pub liveliness: f32,
     /// When the solver stops.
     pub stop: Stop,
     /// Start the solver from what the last calls make likely in place of the base: fewer iterations where poses follow each other, and
@@ -53,6 +56,7 @@ impl Default for Options {
         Self {
             stage: Stage::Detailed,
             detail: 1.0,
+            liveliness: 1.0,
             stop: Stop::Tolerance(1e-5),
             warm_start: false,
             level: usize::MAX,
@@ -147,7 +151,7 @@ impl Animator {
             return self.base.surface.positions(level);
         }
         let solve_level = options.solve_level.clamp(*self.levels().start(), level);
-        self.evaluate_laplacian(pose, solve_level);
+        self.evaluate_laplacian(pose, options.liveliness, solve_level);
         observe(Part::Laplacian);
         self.evaluate_residual(options.detail, solve_level);
         observe(Part::Residual);
@@ -172,19 +176,20 @@ impl Animator {
     }
 
     /// f_l, turned into the posed frame and carried to `level` by Loop's stencils.
-    fn evaluate_laplacian(&mut self, pose: &Pose, level: usize) {
+    fn evaluate_laplacian(&mut self, pose: &Pose, liveliness: f32, level: usize) {
         let BaseAnimator { avatar, subdivision, surface, scratch, .. } = &mut self.base;
         let own_level = avatar.laplacian.level();
-        avatar.laplacian.evaluate(&self.domains[own_level], pose, scratch, &mut self.laplacians[0]);
+        let values = &mut self.laplacians[0];
+        avatar.laplacian.evaluate_lively(&self.domains[own_level], pose, liveliness, scratch, values);
         surface.turn(subdivision, own_level, &mut self.laplacians[0]);
         subdivision.refine_upwards(Scheme::Loop, own_level, &mut self.laplacians[..=level - own_level]);
     }
 
     /// f_l at `pose`, the one posed last, in the posed frame: δ, 1/m, at the vertices of `level`. [`Options::detail`] has no say in it.
-    pub fn learned_laplacian(&mut self, pose: &Pose, level: usize) -> &[Vec3A] {
+    pub fn learned_laplacian(&mut self, pose: &Pose, liveliness: f32, level: usize) -> &[Vec3A] {
         let (coarsest, finest) = self.levels().into_inner();
         let level = level.clamp(coarsest, finest);
-        self.evaluate_laplacian(pose, level);
+        self.evaluate_laplacian(pose, liveliness, level);
         &self.laplacians[level - self.base.avatar.laplacian.level()]
     }
 

@@ -11,7 +11,7 @@ pub const NAME: &str = "CREASE_avatar";
 /// Readers refuse any other.
 pub const MAJOR_VERSION: u32 = 2;
 /// Readers accept any.
-pub const MINOR_VERSION: u32 = 0;
+pub const MINOR_VERSION: u32 = 1;
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -110,6 +110,9 @@ pub enum Function {
         regions: Vec<RegionFacts>,
         centres: Table,
         coefficient_from_kernel: Table,
+        /// Of the regions that recall, one after the other.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        recalled: Option<Table>,
         row_vertices: Table,
         mean: Table,
         basis: Table,
@@ -130,6 +133,7 @@ pub struct RegionFacts {
     pub rows: (u32, u32),
     pub basis_count: u32,
     pub kernel_length: f32,
+    pub recalled_count: u32,
 }
 
 #[derive(Serialize)]
@@ -258,6 +262,7 @@ impl FromJson for Function {
                 regions: json.get("regions")?,
                 centres: json.get("centres")?,
                 coefficient_from_kernel: json.get("coefficientFromKernel")?,
+                recalled: json.get("recalled")?,
                 row_vertices: json.get("rowVertices")?,
                 mean: json.get("mean")?,
                 basis: json.get("basis")?,
@@ -282,6 +287,7 @@ impl FromJson for RegionFacts {
             rows: (first, end),
             basis_count: json.get("basisCount")?,
             kernel_length: json.get("kernelLength")?,
+            recalled_count: json.get_or_default("recalledCount")?,
         })
     }
 }

@@ -235,6 +235,7 @@ impl Reader<'_> {
                 regions,
                 centres,
                 coefficient_from_kernel,
+                recalled,
                 row_vertices,
                 mean,
                 basis,
@@ -251,11 +252,15 @@ impl Reader<'_> {
                     &name("coefficientFromKernel"),
                     &[Some(basis_step.len()), Some(centre_count)],
                 )?;
+                let recalled = match recalled {
+                    Some(recalled) => self.floats(recalled, &name("recalled"), &[None])?,
+                    None => Vec::new(),
+                };
                 Ok(SurfaceFunction::Compact(Compact {
                     level: *level,
                     centres: centre_numbers,
                     centre_count: centre_count as u32,
-                    regions: self.regions(regions, &coefficients, centre_count, field)?,
+                    regions: self.regions(regions, &coefficients, &recalled, centre_count, field)?,
                     mean: self.floats(mean, &name("mean"), &[Some(row_vertices.len()), Some(3)])?,
                     row_vertices,
                     basis: basis_bytes.iter().map(|&byte| byte as i8).collect(),
@@ -271,30 +276,33 @@ impl Reader<'_> {
         Ok(Layer { weight, bias })
     }
 
-    /// The regions, each with its rows of `coefficients`, which the regions share out in their order.
+    /// The regions, each with its rows of `coefficients` and of `recalled`, which the regions share out in their order.
     fn regions(
         &self,
         facts: &[RegionFacts],
         mut coefficients: &[f32],
+        mut recalled: &[f32],
         centre_count: usize,
         field: &str,
     ) -> Result<Vec<Region>, AvatarError> {
-        let available = coefficients.len();
         let mut regions = Vec::with_capacity(facts.len());
         for facts in facts {
-            let own = (facts.basis_count as usize)
-                .checked_mul(centre_count)
-                .and_then(|length| coefficients.split_off(..length))
-                .ok_or_else(|| {
-                    let found = format!("{} × {centre_count} in mask {}", facts.basis_count, facts.mask.0);
-                    self.error(&format!("{field}.regions"), format!("{available} coefficients in all"), found)
-                })?;
+            let share = |numbers: &mut &[f32], width: usize| {
+                let available = numbers.len();
+                let own =
+                    (facts.basis_count as usize).checked_mul(width).and_then(|length| numbers.split_off(..length));
+                own.map(<[f32]>::to_vec).ok_or_else(|| {
+                    let found = format!("{} × {width} in mask {}", facts.basis_count, facts.mask.0);
+                    self.error(&format!("{field}.regions"), format!("{available} coefficients more"), found)
+                })
+            };
             regions.push(Region {
                 mask: facts.mask,
                 rows: facts.rows,
                 basis_count: facts.basis_count,
                 kernel_length: facts.kernel_length,
-                coefficient_from_kernel: own.to_vec(),
+                coefficient_from_kernel: share(&mut coefficients, centre_count)?,
+                recalled: share(&mut recalled, facts.recalled_count as usize)?,
             });
         }
         Ok(regions)

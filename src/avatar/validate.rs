@@ -257,9 +257,15 @@ impl Check<'_> {
         self.require(proper, &format!("{field}.mask"), "joints 1 to 23", mask)?;
         let length = region.kernel_length;
         self.require(length.is_finite() && length > 0.0, &format!("{field}.kernelLength"), "above 0", length)?;
-        let field = format!("{field}.coefficientFromKernel");
+        let place = |part: &str| format!("{field}.{part}");
+        let field = place("coefficientFromKernel");
         self.count(&field, region.basis_count as usize * centres, region.coefficient_from_kernel.len())?;
-        self.finite(&field, &region.coefficient_from_kernel)
+        self.finite(&field, &region.coefficient_from_kernel)?;
+        let field = place("recalled");
+        let recalled = region.recalled.len() / (region.basis_count as usize).max(1);
+        self.require(recalled <= centres, &field, format!("at most {centres} poses"), recalled)?;
+        self.count(&field, region.basis_count as usize * recalled, region.recalled.len())?;
+        self.finite(&field, &region.recalled)
     }
 
     fn solver(&self, finest_count: usize) -> Checked {

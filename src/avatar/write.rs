@@ -332,13 +332,17 @@ fn function(function: &SurfaceFunction, joint_count: usize, buffer: &mut BufferW
                 rows: region.rows,
                 basis_count: region.basis_count,
                 kernel_length: region.kernel_length,
+                recalled_count: region.recalled.len() as u32 / region.basis_count.max(1),
             });
+            let recalled: Vec<f32> =
+                compact.regions.iter().flat_map(|region| region.recalled.iter().copied()).collect();
             let basis_bytes: &[u8] = bytemuck::cast_slice(&compact.basis);
             Function::Compact {
                 level: compact.level,
                 regions: regions.collect(),
                 centres: buffer.halves(&compact.centres, &[centres, joint_count, 6]),
                 coefficient_from_kernel: buffer.halves(&coefficients, &[steps, centres]),
+                recalled: (!recalled.is_empty()).then(|| buffer.halves(&recalled, &[recalled.len()])),
                 row_vertices: buffer.indices(&compact.row_vertices),
                 mean: buffer.halves(&compact.mean, &[rows, 3]),
                 basis: buffer.table(basis_bytes, Number::I8, &[basis_bytes.len() / 3, 3]),

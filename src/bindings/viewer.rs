@@ -446,6 +446,13 @@ impl Viewer {
         self.redraw = true;
     }
 
+    /// What poses far from training wear: 0 what is likeliest, 1 the folds of the nearest training poses.
+    #[wasm_bindgen(js_name = setLiveliness)]
+    pub fn set_liveliness(&mut self, liveliness: f32) {
+        self.player.options.liveliness = liveliness;
+        self.redraw = true;
+    }
+
     /// `light` or `dark`.
     #[wasm_bindgen(js_name = setTheme)]
     pub fn set_theme(&mut self, theme: &str) {

@@ -56,7 +56,7 @@ pub struct GpuAnimator {
     surfaces: Vec<Dispatch>,
     finite: FiniteCheck,
     /// Pose, detail and level that was solved last.
-    solved: Option<(Pose, f32, usize)>,
+    solved: Option<Solved>,
     outline: Outline,
     operations: u64,
 }
@@ -194,12 +194,12 @@ impl GpuAnimator {
         if is_detailed(options) {
             let [_, solve_level] = self.levels_of(options);
             let is_warm = options.warm_start
-                && self.solved.as_ref().is_some_and(|solved| is_near(solved, pose, options.detail, solve_level));
+                && self.solved.as_ref().is_some_and(|solved| is_near(solved, pose, options, solve_level));
             if !is_warm {
                 self.solves[solve_level - self.levels.start()].solver.forget(&mut encoder);
             }
             iterations = iteration_count(options.stop, is_warm);
-            self.solved = Some((pose.clone(), options.detail, solve_level));
+            self.solved = Some((pose.clone(), shape_of(options), solve_level));
         }
         if let Some(timestamps) = &mut timestamps {
             timestamps.start();
@@ -297,10 +297,18 @@ fn iteration_count(stop: Stop, is_warm: bool) -> u32 {
     }
 }
 
+/// Pose, shares of detail and liveliness, and level of a solve.
+type Solved = (Pose, [f32; 2], usize);
+
+/// What else than the pose shapes the surface.
+fn shape_of(options: &Options) -> [f32; 2] {
+    [options.detail, options.liveliness]
+}
+
 /// Whether what was solved last makes a good first guess for `pose`.
-fn is_near((solved, solved_detail, solved_level): &(Pose, f32, usize), pose: &Pose, detail: f32, level: usize) -> bool {
+fn is_near((solved, shape, solved_level): &Solved, pose: &Pose, options: &Options, level: usize) -> bool {
     let mut pairs = solved.rotations.iter().zip(&pose.rotations);
-    (*solved_detail, *solved_level) == (detail, level) && pairs.all(|(a, b)| a.angle_between(*b) <= POSE_JUMP)
+    (*shape, *solved_level) == (shape_of(options), level) && pairs.all(|(a, b)| a.angle_between(*b) <= POSE_JUMP)
 }
 
 fn operations(function: &SurfaceFunction, animator: &Animator) -> u64 {

@@ -19,6 +19,7 @@ struct Region {
     first_coefficient: u32,
     first_factor: u32,
     centre_count: u32,
+    recalled_count: u32,
     joint_count: u32,
 }
 
@@ -106,12 +107,18 @@ impl Packed {
                 first_coefficient: packed.coefficients.len() as u32,
                 first_factor: packed.factor_count as u32,
                 centre_count: function.centre_count,
+                recalled_count: (region.recalled.len() / basis_count.max(1)) as u32,
                 joint_count: joint_count as u32,
             });
-            for k in 0..basis_count {
-                let row = &region.coefficient_from_kernel[k * centre_count..][..centre_count];
-                let step = function.basis_step[first_step + k];
-                packed.coefficients.extend(row.iter().map(|value| step * value));
+            for (matrix, width) in [
+                (&region.coefficient_from_kernel, centre_count),
+                (&region.recalled, region.recalled.len() / basis_count.max(1)),
+            ] {
+                for k in 0..basis_count {
+                    let row = &matrix[k * width..][..width];
+                    let step = function.basis_step[first_step + k];
+                    packed.coefficients.extend(row.iter().map(|value| step * value));
+                }
             }
             first_step += basis_count;
             packed.factor_count += basis_count.next_multiple_of(4);

@@ -8,13 +8,16 @@ struct Region {
     // In numbers, a multiple of four.
     first_factor: u32,
     centre_count: u32,
+    // The first ones, which poses far from training recall.
+    recalled_count: u32,
     joint_count: u32,
 }
 
 @group(0) @binding(1) var<storage, read> regions: array<Region>;
 // Six numbers a joint: the first two columns of its rotation.
 @group(0) @binding(2) var<storage, read> centres: array<f32>;
-// Coefficients from kernel, times the size of a step of the basis.
+// Of each region (K, centres) coefficients from kernel, then (K, recalled centres) coefficients at training poses; all times the size of a
+// step of the basis.
 @group(0) @binding(3) var<storage, read> coefficient_from_kernel: array<f32>;
 @group(0) @binding(4) var<storage, read_write> new_factors: array<f32>;
 
@@ -34,28 +37,44 @@ fn matern_kernel(region: Region, centre: u32) -> f32 {
     return (1.0 + ratio) * exp(-ratio);
 }
 
+// Poses whose sum of squares is no more than this recall little.
+const LEAST_RECALL = 1e-20;
+
 // A workgroup for each region.
 @compute @workgroup_size(64)
 fn coefficients(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let region = regions[group.x];
-    for (var first = 0u; first < region.centre_count; first += 64u) {
-        let count = min(64u, region.centre_count - first);
-        if lane < count {
-            kernel[lane] = matern_kernel(region, first + lane);
-        }
-        workgroupBarrier();
-        for (var k = lane; k < region.basis_count; k += 64u) {
-            let row = region.first_coefficient + k * region.centre_count + first;
-            var sum = 0.0;
-            if first > 0u {
-                sum = new_factors[region.first_factor + k];
+    let first_recalled = region.first_coefficient + region.basis_count * region.centre_count;
+    for (var first_k = 0u; first_k < region.basis_count; first_k += 64u) {
+        let k = first_k + lane;
+        var sum = 0.0;
+        var recalled = 0.0;
+        var squares = 0.0;
+        var largest = 0.0;
+        for (var first = 0u; first < region.centre_count; first += 64u) {
+            let count = min(64u, region.centre_count - first);
+            if lane < count {
+                kernel[lane] = matern_kernel(region, first + lane);
             }
-            for (var i = 0u; i < count; i++) {
-                sum += coefficient_from_kernel[row + i] * kernel[i];
+            workgroupBarrier();
+            if k < region.basis_count {
+                let row = region.first_coefficient + k * region.centre_count + first;
+                for (var i = 0u; i < count; i++) {
+                    sum += coefficient_from_kernel[row + i] * kernel[i];
+                }
+                for (var i = 0u; i < count && first + i < region.recalled_count; i++) {
+                    let square = kernel[i] * kernel[i];
+                    squares += square;
+                    largest = max(largest, kernel[i]);
+                    recalled += coefficient_from_kernel[first_recalled + k * region.recalled_count + first + i] * square;
+                }
             }
-            new_factors[region.first_factor + k] = sum;
+            workgroupBarrier();
         }
-        workgroupBarrier();
+        if k < region.basis_count {
+            let share = frame.liveliness * (1.0 - largest) * (1.0 - largest);
+            new_factors[region.first_factor + k] = sum + share * recalled / (squares + LEAST_RECALL);
+        }
     }
 }
 

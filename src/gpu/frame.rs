@@ -27,6 +27,8 @@ pub(super) struct Frame {
     pub offset_share: f32,
     pub base_share: f32,
     pub displacement_share: f32,
+    pub liveliness: f32,
+    pub padding: [f32; 3],
 }
 
 impl Frame {
@@ -42,6 +44,8 @@ impl Frame {
             offset_share: if options.stage == Stage::Body { 0.0 } else { 1.0 },
             base_share: if avatar.form == Form::Absolute { 1.0 } else { 0.0 },
             displacement_share: if is_detailed(options) { 1.0 } else { 0.0 },
+            liveliness: options.liveliness,
+            padding: [0.0; 3],
         }
     }
 }

@@ -18,6 +18,8 @@ struct Frame {
     base_share: f32,
     // 1 for the detailed mesh, 0 for the base.
     displacement_share: f32,
+    // What poses far from training wear: 0 the likeliest, 1 what the nearest training poses do.
+    liveliness: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

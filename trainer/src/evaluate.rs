@@ -54,11 +54,13 @@ pub fn measure(positions: &[Vec3A], triangles: &[Triangle], ground_truth: &Groun
 
 /// Measures body, base and detailed mesh of `avatar` on `frames` of `sequence`, each at the finest subdivision level.
 ///
-/// `each_frame` is called once for every frame done. Fails where a frame has no ground truth.
+/// `liveliness` is [`Options::liveliness`]: 0 measures what is likeliest, 1 what a page shows. `each_frame` is called once for every frame
+/// done. Fails where a frame has no ground truth.
 pub fn evaluate(
     avatar: Arc<Avatar>,
     sequence: &Sequence,
     frames: &[usize],
+    liveliness: f32,
     mut each_frame: impl FnMut(),
 ) -> anyhow::Result<Evaluation> {
     let mut animator = Animator::new(avatar)?;
@@ -67,7 +69,7 @@ pub fn evaluate(
     for &frame in frames {
         let ground_truth = sequence.capture.ground_truth(frame)?;
         for (of_stage, stage) in of_stages.iter_mut().zip([Stage::Body, Stage::Base, Stage::Detailed]) {
-            let options = Options { stage, ..Options::default() };
+            let options = Options { stage, liveliness, ..Options::default() };
             let positions = animator.animate(&sequence.poses[frame], &options);
             of_stage.push(measure(positions, &triangles, &ground_truth)?);
         }

@@ -59,7 +59,7 @@ fn the_paper_preset_makes_an_avatar_that_beats_the_body() {
     assert!(moved > 1e-4, "the detail changes the surface");
 
     let unseen: Vec<usize> = (1..FRAME_COUNT).step_by(2).collect();
-    let evaluation = evaluate(Arc::new(read), sequence, &unseen, || ()).unwrap();
+    let evaluation = evaluate(Arc::new(read), sequence, &unseen, 0.0, || ()).unwrap();
     let (body, detailed) = (evaluation.body, evaluation.detailed);
     assert!(body.scan_to_mesh_cm > 1.5, "the clothes stand off: {evaluation:?}");
     assert!(evaluation.base.scan_to_mesh_cm < 0.5 * body.scan_to_mesh_cm, "{evaluation:?}");
@@ -86,7 +86,7 @@ fn the_compact_preset_beats_its_base_and_the_body() {
 
     let sequence = &context.sequences[0];
     let unseen: Vec<usize> = (1..FRAME_COUNT).step_by(2).collect();
-    let evaluation = evaluate(Arc::new(read), sequence, &unseen, || ()).unwrap();
+    let evaluation = evaluate(Arc::new(read), sequence, &unseen, 0.0, || ()).unwrap();
     let (body, base, detailed) = (evaluation.body, evaluation.base, evaluation.detailed);
     assert!(base.scan_to_mesh_cm < 0.35 * body.scan_to_mesh_cm, "{evaluation:?}");
     assert!(base.mesh_to_scan_cm < 0.35 * body.mesh_to_scan_cm, "{evaluation:?}");

@@ -3,6 +3,10 @@
 //! Q(v) never changes and θ̄ takes few distinct values, so the trunk (mean and basis) is tabulated once for each vertex and only the
 //! branch c runs every frame, once a region. Neighbouring regions overlap with weights that sum to one (folded into the tables), so
 //! that the value is continuous over the surface.
+//!
+//! Far from all training poses κ falls to zero and the mean remains: nearest to the truth in the mean, and as smooth as no cloth is. A
+//! region that recalls gives such poses, as far as liveliness asks for it, the coefficients of the training poses nearest to them:
+//! c = M κ + liveliness (1 − max κ)² C w, where C holds the coefficients at the training poses and w_i = κ_i² / (Σ κ² + ε).
 
 use super::Scratch;
 use crate::pose_feature::PoseMask;
@@ -21,8 +25,10 @@ pub struct Region {
     pub basis_count: u32,
     /// Length of the kernel in the space of masked six-number rotations.
     pub kernel_length: f32,
-    /// (K, centres) row-major: c = `coefficient_from_kernel` · κ(θ̄), κ_i = Matérn-3/2 of the distance to centre i.
+    /// (K, centres) row-major, M: c = `coefficient_from_kernel` · κ(θ̄), κ_i = Matérn-3/2 of the distance to centre i.
     pub coefficient_from_kernel: Vec<f32>,
+    /// (K, recalled centres) row-major, C: c at the first centres, which poses far from training recall; empty where they recall nothing.
+    pub recalled: Vec<f32>,
 }
 
 /// Trunk tables and branches.
@@ -47,10 +53,15 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// See [`super::SurfaceFunction::evaluate`]; `out` has one entry for each vertex of the level.
+    /// [`Self::evaluate_lively`] without any liveliness.
     pub fn evaluate(&self, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
+        self.evaluate_lively(pose, 0.0, scratch, out);
+    }
+
+    /// See [`super::SurfaceFunction::evaluate_lively`]; `out` has one entry for each vertex of the level.
+    pub fn evaluate_lively(&self, pose: &Pose, liveliness: f32, scratch: &mut Scratch, out: &mut [Vec3A]) {
         out.fill(Vec3A::ZERO);
-        let Scratch { pose_numbers, kernel, factors, .. } = scratch;
+        let Scratch { pose_numbers, kernel, recall, factors, .. } = scratch;
         pose_numbers.clear();
         pose_numbers.extend(six_numbers(pose));
         kernel.resize(self.centre_count as usize, 0.0);
@@ -63,9 +74,11 @@ impl Compact {
             factors.resize(row_length, 0.0);
             if row_length > 0 {
                 region.kernel(&self.centres, pose_numbers, kernel);
+                region.recall_weights(kernel, liveliness, recall);
             }
             for (k, &step) in region_steps.iter().enumerate() {
-                factors[3 * k..3 * k + 3].fill(step * region.coefficient(k, kernel));
+                let coefficient = region.coefficient(k, kernel) + weighted(&region.recalled, k, recall);
+                factors[3 * k..3 * k + 3].fill(step * coefficient);
             }
             for (i, row) in rows.enumerate() {
                 let mean = Vec3A::from_slice(&self.mean[3 * row..]);
@@ -110,11 +123,30 @@ impl Region {
         }
     }
 
-    /// c_k.
+    /// (M κ)_k.
     fn coefficient(&self, k: usize, kernel: &[f32]) -> f32 {
-        let row = &self.coefficient_from_kernel[k * kernel.len()..][..kernel.len()];
-        row.iter().zip(kernel).map(|(a, b)| a * b).sum()
+        weighted(&self.coefficient_from_kernel, k, kernel)
     }
+
+    /// liveliness (1 − max κ)² w; nothing where there is nothing to recall.
+    fn recall_weights(&self, kernel: &[f32], liveliness: f32, weights: &mut Vec<f32>) {
+        let recalled = if liveliness == 0.0 { 0 } else { self.recalled.len() / self.basis_count as usize };
+        let kernel = &kernel[..recalled];
+        let largest = kernel.iter().fold(0.0f32, |largest, &value| largest.max(value));
+        let sum: f32 = kernel.iter().map(|&value| value * value).sum();
+        let scale = liveliness * (1.0 - largest).powi(2) / (sum + LEAST_RECALL);
+        weights.clear();
+        weights.extend(kernel.iter().map(|&value| scale * value * value));
+    }
+}
+
+/// ε: poses whose Σ κ² is no more than this recall little, so that nothing is divided by nothing.
+pub const LEAST_RECALL: f32 = 1e-20;
+
+/// Σ_i of row `k` of a matrix times `weights`, which are as long as its rows.
+fn weighted(matrix: &[f32], k: usize, weights: &[f32]) -> f32 {
+    let row = &matrix[k * weights.len()..][..weights.len()];
+    row.iter().zip(weights).map(|(a, b)| a * b).sum()
 }
 
 /// Matérn-3/2 kernel of a distance in units of the kernel's length; 1 at 0.
@@ -154,6 +186,7 @@ mod tests {
             basis_count,
             kernel_length: 0.8,
             coefficient_from_kernel: (0..2 * basis_count).map(|i| scale * (i as f32 - 4.0)).collect(),
+            recalled: Vec::new(),
         };
         let centre =
             |angle: f32| [0.0, angle, -angle].into_iter().flat_map(|a| six_numbers_from_quat(Quat::from_rotation_x(a)));
@@ -229,6 +262,50 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The example with another kernel length; its regions recall both centres.
+    fn recalling(kernel_length: f32) -> Compact {
+        let mut compact = example();
+        compact.regions.iter_mut().for_each(|region| region.kernel_length = kernel_length);
+        let of_centres: Vec<_> =
+            compact.centres.chunks_exact(18).map(|numbers| compact.coefficients(numbers)).collect();
+        for (r, region) in compact.regions.iter_mut().enumerate() {
+            region.recalled =
+                (0..region.basis_count as usize).flat_map(|k| of_centres.iter().map(move |c| c[r][k])).collect();
+        }
+        compact
+    }
+
+    #[test]
+    fn a_lively_function_recalls_the_nearest_training_pose() {
+        let turned = |angle: f32| Pose {
+            rotations: [0.0, angle, -angle].map(Quat::from_rotation_x).to_vec(),
+            translation: Vec3::ZERO,
+        };
+        let evaluate = |compact: &Compact, pose: &Pose, liveliness: f32| {
+            let mut out = vec![Vec3A::NAN; 4];
+            compact.evaluate_lively(pose, liveliness, &mut Scratch::default(), &mut out);
+            out
+        };
+        let apart = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        let compact = recalling(0.8);
+        let again = apart(&evaluate(&compact, &turned(1.0), 1.0), &evaluate(&compact, &turned(1.0), 0.0));
+        assert!(again < 1e-4, "a training pose is as it was learnt: {again}");
+        // So far that κ is nearly nothing for either centre, but nearer to the second one.
+        let far = recalling(0.15);
+        let learnt = evaluate(&far, &turned(1.0), 0.0);
+        let departure = |liveliness: f32| apart(&evaluate(&far, &turned(2.0), liveliness), &learnt);
+        let (calm, half, lively) = (departure(0.0), departure(0.5), departure(1.0));
+        assert!(lively < 0.05 * calm && (half / calm - 0.5).abs() < 0.05, "{calm} {half} {lively}");
+    }
+
+    #[test]
+    fn what_is_endlessly_far_is_finite() {
+        let compact = recalling(1e-3);
+        let mut out = vec![Vec3A::NAN; 4];
+        compact.evaluate_lively(&pose(2.0, 2.0), 1.0, &mut Scratch::default(), &mut out);
+        assert!(out.iter().all(|value| value.is_finite()), "{out:?}");
     }
 
     #[test]

@@ -31,6 +31,7 @@ pub struct Scratch {
     activations: [Vec<f32>; 2],
     pose_numbers: Vec<f32>,
     kernel: Vec<f32>,
+    recall: Vec<f32>,
     factors: Vec<f32>,
 }
 
@@ -43,11 +44,24 @@ impl SurfaceFunction {
         }
     }
 
-    /// Values at every vertex of the function's level. `domain` is that level's; `out` has one entry a vertex.
+    /// The likeliest values: [`Self::evaluate_lively`] without any liveliness.
     pub fn evaluate(&self, domain: &Domain, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
+        self.evaluate_lively(domain, pose, 0.0, scratch, out);
+    }
+
+    /// Values at every vertex of the function's level. `domain` is that level's; `out` has one entry a vertex. With `liveliness` 1 a pose far
+    /// from training has what the training poses nearest to it had, as far as the function recalls; with 0 what is likeliest.
+    pub fn evaluate_lively(
+        &self,
+        domain: &Domain,
+        pose: &Pose,
+        liveliness: f32,
+        scratch: &mut Scratch,
+        out: &mut [Vec3A],
+    ) {
         match self {
             Self::Mlp(mlp) => mlp.evaluate(domain, pose, scratch, out),
-            Self::Compact(compact) => compact.evaluate(pose, scratch, out),
+            Self::Compact(compact) => compact.evaluate_lively(pose, liveliness, scratch, out),
         }
     }
 }

@@ -35,7 +35,8 @@ fn assert_close(found: &[Vec3A], expected: &[Vec3A], tolerance: f32, what: &str)
 /// GPU's and CPU's values of a function in the bent pose.
 fn evaluations(function: &SurfaceFunction, avatar: &Avatar, domain: &Domain) -> [Vec<Vec3A>; 2] {
     let gpu = gpu();
-    let frame = frame_of(gpu, avatar, &bent_pose(), &Options::default());
+    let options = Options { liveliness: 0.7, ..Options::default() };
+    let frame = frame_of(gpu, avatar, &bent_pose(), &options);
     let count = domain.canonical.len();
     let values = gpu.empty(count);
     let dispatches = match function {
@@ -43,7 +44,7 @@ fn evaluations(function: &SurfaceFunction, avatar: &Avatar, domain: &Domain) -> 
         SurfaceFunction::Compact(tables) => compact::evaluate(&gpu.device, tables, 24, &frame, &values, count),
     };
     let mut expected = vec![Vec3A::ZERO; count];
-    function.evaluate(domain, &bent_pose(), &mut Scratch::default(), &mut expected);
+    function.evaluate_lively(domain, &bent_pose(), options.liveliness, &mut Scratch::default(), &mut expected);
     [gpu.run(&dispatches, &values), expected]
 }
 
@@ -62,19 +63,34 @@ fn compact_with_many_centres_and_overlapping_regions() {
     let animator = Animator::new(Arc::new(compact_avatar())).unwrap();
     let avatar = animator.avatar();
     let SurfaceFunction::Compact(mut tables) = avatar.laplacian.clone() else { panic!("compact") };
-    // 150 centres take three rounds of a workgroup; a second row on the vertices of the first region's overlaps.
-    let more = noise_vectors(150 * 24 * 2, 3);
+    // 150 centres take three rounds of a workgroup, 70 basis functions two; some recall 100 centres, some none; a second row on the vertices
+    // of the first region's overlaps.
+    let (centre_count, basis_count) = (150, 70);
+    let more = noise_vectors(centre_count * 24 * 2, 3);
     tables.centres = more.iter().flat_map(|v| v.to_array()).collect();
-    tables.centre_count = 150;
+    tables.centre_count = centre_count as u32;
     for (seed, region) in tables.regions.iter_mut().enumerate() {
-        let numbers = noise_vectors(150 * region.basis_count as usize, seed as u32);
+        let numbers = noise_vectors(centre_count * basis_count, seed as u32);
+        region.basis_count = basis_count as u32;
         region.coefficient_from_kernel = numbers.iter().map(|v| v.x).collect();
+        let recalled = if seed % 2 == 0 { 100 * basis_count } else { 0 };
+        region.recalled = numbers.iter().map(|v| 30.0 * v.y).take(recalled).collect();
     }
+    let steps = tables.regions.len() * basis_count;
+    tables.basis_step = (0..steps).map(|k| 0.01 * (1 + k % 3) as f32).collect();
+    let entries = 3 * basis_count * tables.row_vertices.len();
+    tables.basis = (0..entries).map(|i| ((i * 37 + i / 90) % 255) as i8).collect();
     let last = tables.row_vertices.len() - 1;
     tables.row_vertices[last] = tables.row_vertices[0];
+    let calm = {
+        let mut values = vec![Vec3A::ZERO; animator.domains()[1].canonical.len()];
+        tables.evaluate(&bent_pose(), &mut Scratch::default(), &mut values);
+        values
+    };
     let function = SurfaceFunction::Compact(tables);
     let [found, expected] = evaluations(&function, avatar, &animator.domains()[1]);
     assert_close(&found, &expected, 1e-5, "tables");
+    assert!(largest_distance(&found, &calm) > 0.1 * size(&calm), "what is recalled shows");
 }
 
 #[test]

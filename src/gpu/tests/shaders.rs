@@ -49,6 +49,7 @@ fn frames_lie_where_the_shaders_expect_them() {
         ("offset_share", offset_of!(Frame, offset_share)),
         ("base_share", offset_of!(Frame, base_share)),
         ("displacement_share", offset_of!(Frame, displacement_share)),
+        ("liveliness", offset_of!(Frame, liveliness)),
     ];
     assert_eq!((frame, size), (named(&host), size_of::<Frame>()));
 }

@@ -42,5 +42,5 @@ fn cell(Measures { scan_to_mesh_cm, mesh_to_scan_cm, nc }: Measures) -> String {
 fn measured_avatar(avatar: &Avatar, sequence: &Sequence, frames: &[usize]) -> anyhow::Result<(usize, Evaluation)> {
     let bytes = avatar.write();
     let read = Avatar::read(&bytes, &avatar.name)?;
-    Ok((bytes.len(), evaluate(Arc::new(read), sequence, frames, || ())?))
+    Ok((bytes.len(), evaluate(Arc::new(read), sequence, frames, 0.0, || ())?))
 }

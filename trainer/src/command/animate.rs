@@ -34,6 +34,9 @@ pub struct Arguments {
     /// 0 is the base, 1 as trained, 2 exaggerated
     #[arg(long, default_value_t = 1.0)]
     pub detail: f32,
+    /// What poses far from training wear: 0 what is likeliest, which is smooth; 1 the folds of the nearest training poses
+    #[arg(long, default_value_t = 1.0)]
+    pub liveliness: f32,
 }
 
 /// Kind of file.
@@ -105,8 +108,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for note in &motion.notes {
         eprintln!("note: {note}");
     }
-    let options =
-        Options { stage: arguments.stage.stage(), detail: arguments.detail, warm_start: true, ..Options::default() };
+    let options = Options {
+        stage: arguments.stage.stage(),
+        detail: arguments.detail,
+        liveliness: arguments.liveliness,
+        warm_start: true,
+        ..Options::default()
+    };
     let output = &arguments.output;
     let bar = Progress::Bars.bar("animating", motion.poses.len());
     let what = match Format::wanted(arguments)? {

@@ -114,8 +114,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut tests = Vec::new();
     for (index, entry) in recipe.tests.iter().enumerate() {
         let (sequence, frames) = entry;
-        let evaluation = measure(Arc::clone(&avatar), &place(entry), poses.get(index), frames)?;
-        tests.push(json!({ "test": format!("{sequence} {frames}"), "evaluation": evaluation }));
+        let measured = |liveliness| measure(Arc::clone(&avatar), &place(entry), poses.get(index), frames, liveliness);
+        let (evaluation, lively) = (measured(0.0)?, measured(1.0)?);
+        tests.push(json!({ "test": format!("{sequence} {frames}"), "evaluation": evaluation, "lively": lively }));
     }
     record["command"] = json!(training.command());
     record["seed"] = json!(training.options.seed);
@@ -140,9 +141,15 @@ fn estimate(sequence: &Path, path: &Path) -> anyhow::Result<Option<Accuracy>> {
     Ok(Some(compare(&body, &registration.parameters, &truth, capture.camera())?))
 }
 
-fn measure(avatar: Arc<Avatar>, sequence: &Path, poses: Option<&PathBuf>, frames: &str) -> anyhow::Result<Evaluation> {
+fn measure(
+    avatar: Arc<Avatar>,
+    sequence: &Path,
+    poses: Option<&PathBuf>,
+    frames: &str,
+    liveliness: f32,
+) -> anyhow::Result<Evaluation> {
     let sequence = open_sequence(&avatar, sequence, poses, &Reading::default())?;
     let frames = frames.parse::<FrameRange>()?.indices(sequence.capture.frame_count)?;
     let bar = Progress::Bars.bar("measuring", frames.len());
-    evaluate(avatar, &sequence, &frames, || bar.advance(1))
+    evaluate(avatar, &sequence, &frames, liveliness, || bar.advance(1))
 }

@@ -23,6 +23,9 @@ pub struct Arguments {
     /// Frames to measure, as a Python slice
     #[arg(long, value_name = "START:STOP:STEP", default_value = "::")]
     pub frames: FrameRange,
+    /// What poses far from training wear: 0 what is likeliest, 1 the folds of the nearest training poses, as a page shows
+    #[arg(long, default_value_t = 0.0)]
+    pub liveliness: f32,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -33,7 +36,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let sequence = open_sequence(&avatar, &arguments.sequence, arguments.poses.as_ref(), &arguments.reading)?;
     let frames = arguments.frames.indices(sequence.capture.frame_count)?;
     let bar = Progress::Bars.bar("measuring", frames.len());
-    let evaluation = evaluate(avatar, &sequence, &frames, || bar.advance(1))?;
+    let evaluation = evaluate(avatar, &sequence, &frames, arguments.liveliness, || bar.advance(1))?;
     drop(bar);
     if arguments.json {
         println!("{}", serde_json::to_string(&evaluation)?);

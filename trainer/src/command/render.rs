@@ -46,6 +46,9 @@ pub struct Arguments {
     /// 0 is the base, 1 as trained, 2 exaggerated
     #[arg(long, default_value_t = 1.0)]
     pub detail: f32,
+    /// What poses far from training wear: 0 what is likeliest, which is smooth; 1 the folds of the nearest training poses
+    #[arg(long, default_value_t = 1.0)]
+    pub liveliness: f32,
     /// What the surface's colours tell
     #[arg(long, value_enum, default_value_t = ViewName::Lit)]
     pub view: ViewName,
@@ -98,8 +101,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut animator = Animator::new(Arc::clone(&avatar))?;
     let triangles = animator.triangles().to_vec();
     let mut figure = studio.dressed(&animator)?;
-    let options =
-        Options { stage: arguments.stage.stage(), detail: arguments.detail, warm_start: true, ..Options::default() };
+    let options = Options {
+        stage: arguments.stage.stage(),
+        detail: arguments.detail,
+        liveliness: arguments.liveliness,
+        warm_start: true,
+        ..Options::default()
+    };
     let mut scene = scene(arguments);
     let seconds = motion.loop_duration();
     let count = ((seconds * arguments.picture_rate) as usize).max(1);

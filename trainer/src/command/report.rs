@@ -43,6 +43,9 @@ pub struct Arguments {
     /// In how many frames to measure detail, by fitting the truth: seconds each
     #[arg(long, default_value_t = 4)]
     pub energy_frames: usize,
+    /// What poses far from training wear: 0 what is likeliest, 1 the folds of the nearest training poses, as a page shows
+    #[arg(long, default_value_t = 0.0)]
+    pub liveliness: f32,
     /// Print what was measured as one JSON object
     #[arg(long)]
     pub json: bool,
@@ -60,6 +63,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         frames: arguments.frames,
         pictures: arguments.pictures,
         energy_frames: arguments.energy_frames,
+        liveliness: arguments.liveliness,
         progress: Progress::Bars,
     };
     let (residue, bytes) = write(&wanted, avatar, &sequence, &others)?;
@@ -81,6 +85,8 @@ pub struct Wanted<'a> {
     pub frames: Option<FrameRange>,
     pub pictures: usize,
     pub energy_frames: usize,
+    /// [`crease::animate::Options::liveliness`].
+    pub liveliness: f32,
     pub progress: Progress,
 }
 
@@ -102,7 +108,12 @@ pub fn write(
     for other in others {
         training_poses.extend(trained_frames(&avatar, other).into_iter().map(|frame| other.poses[frame].clone()));
     }
-    let wishes = Wishes { frames: &frames, training_poses: &training_poses, energy_frame_count: wanted.energy_frames };
+    let wishes = Wishes {
+        frames: &frames,
+        training_poses: &training_poses,
+        energy_frame_count: wanted.energy_frames,
+        liveliness: wanted.liveliness,
+    };
     let residue = residue(Arc::clone(&avatar), sequence, |frame| truth.truth(frame), &wishes, wanted.progress)?;
 
     let (rows, adapter) = match pictures(&avatar, sequence, &truth, &residue, wanted) {

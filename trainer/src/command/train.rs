@@ -123,6 +123,7 @@ fn report(config: &RunConfig, progress: Progress) -> anyhow::Result<()> {
         frames: None,
         pictures: 3,
         energy_frames: 4,
+        liveliness: 0.0,
         progress,
     };
     let (residue, bytes) = report::write(&wanted, Arc::clone(&avatar), first, others)?;

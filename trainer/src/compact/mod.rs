@@ -85,7 +85,7 @@ impl Default for CompactOptions {
                 shrinkage: 1.0,
                 mirrored: false,
                 wide: regression(0, 2.0, 1.0, 2.0),
-                narrow: regression(64, 0.4, 0.01, 2.0),
+                narrow: regression(64, 0.25, 0.01, 2.0),
             },
             laplacian_level: 1,
             clamp: 600.0,

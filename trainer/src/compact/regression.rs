@@ -74,6 +74,7 @@ pub fn regress(
             basis_count: trained.basis_count as u32,
             kernel_length: trained.kernel_length,
             coefficient_from_kernel: trained.coefficient_from_kernel,
+            recalled: Vec::new(),
         });
     }
     compact
@@ -211,14 +212,15 @@ const WEAKEST_COMPONENT: f64 = 0.25;
 
 /// Step of M's entries. Coefficients are about 1 and a kernel vector of a few neighbours is about 1 long, so this is a hundredth of a
 /// basis function.
-const COEFFICIENT_STEP: f32 = 1.0 / 64.0;
+pub const COEFFICIENT_STEP: f32 = 1.0 / 64.0;
 
 /// The largest power of two up to `step`: its multiples are half-precision numbers with few bits, which pack well.
 fn power_of_two(step: f32) -> f32 {
     step.log2().floor().exp2()
 }
 
-fn rounded(value: f32, step: f32) -> f32 {
+/// The multiple of `step` nearest to `value`.
+pub fn rounded(value: f32, step: f32) -> f32 {
     (value / step).round() * step
 }
 

@@ -9,7 +9,7 @@
 use super::least_squares::conjugate_gradients;
 use super::mirror::Mirror;
 use super::regions::{WeightedRegion, merged, weighted_regions};
-use super::regression::{Prior, RegressionOptions, regress};
+use super::regression::{COEFFICIENT_STEP, Prior, RegressionOptions, regress, rounded};
 use crease::body::{Pose, Rig};
 use crease::mesh::{Adjacency, Subdivision};
 use crease::network::{Compact, Domain, Scratch};
@@ -93,9 +93,11 @@ fn regress_on_two_scales(
 }
 
 /// The sum of two functions of the same level. The first one's centres begin with the second one's; to the rest the second is deaf.
+/// The second one's regions recall.
 fn joined(mut first: Compact, second: Compact) -> Compact {
     let row_count = first.row_vertices.len() as u32;
     let (own, all) = (second.centre_count as usize, first.centre_count as usize);
+    let first_recalling = first.regions.len();
     first.regions.extend(second.regions.into_iter().map(|mut region| {
         region.rows = (region.rows.0 + row_count, region.rows.1 + row_count);
         let rows = region.coefficient_from_kernel.chunks_exact(own);
@@ -107,7 +109,20 @@ fn joined(mut first: Compact, second: Compact) -> Compact {
     first.mean.extend(second.mean);
     first.basis.extend(second.basis);
     first.basis_step.extend(second.basis_step);
+    recall(&mut first, first_recalling, own);
     first
+}
+
+/// Lets the regions from `first` on recall the poses of the first `count` centres.
+fn recall(function: &mut Compact, first: usize, count: usize) {
+    let centre_length = function.centres.len() / function.centre_count as usize;
+    let poses = function.centres.chunks_exact(centre_length).take(count);
+    let coefficients: Vec<Vec<Vec<f32>>> = poses.map(|numbers| function.coefficients(numbers)).collect();
+    for (index, region) in function.regions.iter_mut().enumerate().skip(first) {
+        let of_component =
+            |k: usize| coefficients.iter().map(move |of_pose| rounded(of_pose[index][k], COEFFICIENT_STEP));
+        region.recalled = (0..region.basis_count as usize).flat_map(of_component).collect();
+    }
 }
 
 fn smoothed(adjacency: &Adjacency, field: &[Vec3A], smoothness: f32) -> Vec<Vec3A> {

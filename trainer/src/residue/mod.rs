@@ -67,6 +67,8 @@ pub struct Wishes<'a> {
     pub training_poses: &'a [Pose],
     /// In how many of the frames, evenly spread, the ground truth is fitted to measure its detail: seconds each.
     pub energy_frame_count: usize,
+    /// [`Options::liveliness`].
+    pub liveliness: f32,
 }
 
 /// Root mean square over all joints but the root of the angle between their rotations, degrees.
@@ -109,7 +111,9 @@ pub fn residue(
     for (position, &frame) in wishes.frames.iter().enumerate() {
         let truth = truth(frame)?;
         let pose = &sequence.poses[frame];
-        let surfaces = STAGES.map(|stage| animator.animate(pose, &Options { stage, ..Options::default() }).to_vec());
+        let surfaces = STAGES.map(|stage| {
+            animator.animate(pose, &Options { stage, liveliness: wishes.liveliness, ..Options::default() }).to_vec()
+        });
         let comparisons = surfaces.each_ref().map(|surface| Comparison::new(surface, &triangles, &truth));
         let [body, base, detailed] = comparisons;
         let comparisons = [body?, base?, detailed?];
@@ -180,7 +184,7 @@ mod tests {
         std::fs::remove_dir_all(&directory).unwrap();
         let sequence = Sequence { capture, betas: Vec::new(), poses: poses.clone() };
         let truth = |frame: usize| Ok(own_surface(&avatar, &poses[frame], sign));
-        let wishes = Wishes { frames: &[0, 1], training_poses: &poses[1..], energy_frame_count };
+        let wishes = Wishes { frames: &[0, 1], training_poses: &poses[1..], energy_frame_count, liveliness: 0.0 };
         residue(Arc::clone(&avatar), &sequence, truth, &wishes, Progress::Silent).unwrap()
     }
 

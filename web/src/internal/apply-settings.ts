@@ -6,6 +6,7 @@ export function applySettings(viewer: Viewer, settings: Partial<Settings>): void
   const { background, orbit, turn } = settings;
   if (settings.view !== undefined) viewer.setView(settings.view);
   if (settings.detail !== undefined) viewer.setDetail(settings.detail);
+  if (settings.liveliness !== undefined) viewer.setLiveliness(settings.liveliness);
   if (settings.theme !== undefined) viewer.setTheme(settings.theme);
   if (background !== undefined) viewer.setBackground(background ? new Float32Array(background) : undefined);
   if (settings.environment !== undefined) viewer.setEnvironment(settings.environment);

@@ -85,6 +85,7 @@ export type Colour = readonly [number, number, number, number];
 export interface Settings {
   readonly view: View;
   readonly detail: number;
+  readonly liveliness: number;
   readonly theme: Theme;
   /** Behind the figure; null is the theme's own. */
   readonly background: Colour | null;

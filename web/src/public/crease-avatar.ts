@@ -98,6 +98,7 @@ const SETTINGS_OF_ATTRIBUTES: Readonly<Record<string, SettingName>> = {
   smoothing: "smoothing",
   view: "view",
   detail: "detail",
+  liveliness: "liveliness",
   theme: "theme",
   background: "background",
   environment: "environment",
@@ -609,6 +610,7 @@ export class CreaseAvatarElement extends LookAttributes {
     return {
       view: this.view,
       detail: this.detail,
+      liveliness: this.liveliness,
       theme: this.#themeNow(),
       background: colourOf(this.background),
       environment: this.environment,

@@ -32,6 +32,20 @@ export class LookAttributes extends TimeAttributes {
   }
 
   /**
+   * What poses far from those of the training wear, 0 to 1: 1 the folds of the nearest of them, so that cloth looks like cloth in any dance; 0 what
+   * is likeliest, which is nearer to the truth in the mean, and smooth. Avatars made of networks know no difference.
+   *
+   * @attr liveliness
+   * @example `<crease-avatar src="avatar.glb" liveliness="0.5"></crease-avatar>`
+   */
+  get liveliness(): number {
+    return clamp(numberOf(this.getAttribute("liveliness"), 1), 0, 1);
+  }
+  set liveliness(value: number) {
+    this.reflect("liveliness", clamp(finite(value, "liveliness"), 0, 1));
+  }
+
+  /**
    * Colours around the figure; `auto` follows the page's preference.
    *
    * @attr theme

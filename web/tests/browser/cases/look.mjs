@@ -49,7 +49,9 @@ export default [
       pictures.set("detail 0", await digest(tools));
       assert.equal(pictures.get("detail 0"), pictures.get("base"), "without detail it is the base");
       pictures.delete("detail 0");
-      await set(tools, { view: "detailed", detail: "1" });
+      await set(tools, { view: "detailed", detail: "1", liveliness: "0" });
+      pictures.set("liveliness 0", await digest(tools));
+      await set(tools, { liveliness: "1" });
       assert.equal(await digest(tools), pictures.get("detailed"), "back where it began");
       assert.equal(new Set(pictures.values()).size, pictures.size, JSON.stringify([...pictures]));
     },

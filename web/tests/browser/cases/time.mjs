@@ -31,11 +31,12 @@ export default [
       await mount();
       const told = await withAvatar(async (avatar) => {
         avatar.detail = 7;
+        avatar.liveliness = -3;
         avatar.playbackRate = -99;
         avatar.shadow = 3;
         avatar.currentTime = 1e9;
         await next(avatar, "seeked");
-        const refused = ["currentTime", "playbackRate", "detail"].filter((name) => {
+        const refused = ["currentTime", "playbackRate", "detail", "liveliness"].filter((name) => {
           try {
             avatar[name] = Number.NaN;
             return false;
@@ -43,15 +44,16 @@ export default [
             return error instanceof TypeError;
           }
         });
-        const { detail, playbackRate, shadow, currentTime, duration } = avatar;
-        return { detail, playbackRate, shadow, atEnd: currentTime === duration, refused };
+        const { detail, liveliness, playbackRate, shadow, currentTime, duration } = avatar;
+        return { detail, liveliness, playbackRate, shadow, atEnd: currentTime === duration, refused };
       });
       assert.deepEqual(told, {
         detail: 2,
+        liveliness: 0,
         playbackRate: -16,
         shadow: 1,
         atEnd: true,
-        refused: ["currentTime", "playbackRate", "detail"],
+        refused: ["currentTime", "playbackRate", "detail", "liveliness"],
       });
     },
   },

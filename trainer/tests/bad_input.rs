@@ -51,7 +51,10 @@ fn descriptions_are_checked() {
     check("\"frame_count\": 6", "\"frame_count\": 0", "frame_count");
     check("\"fps\": 15", "\"fps\": -1", "fps");
     check("metre", "inch", "units");
-    check("\"up\": \"y\"", "\"up\": \"w\"", "JSON");
+    check("\"up\": \"y\"", "\"up\": \"w\"", "up");
+    check("\"up\": \"y\"", "\"poses_up\": \"+y\"", "poses_up");
+    check("\"up\": \"y\"", "\"mirrored\": \"-x\"", "mirrored");
+    check("\"up\": \"y\"", "\"normals\": \"away\"", "normals");
     check("\"name\": \"bumpy\",", "", "JSON");
     assert!(open(&directory.0.join("nowhere")).unwrap_err().file.ends_with("sequence.json"));
 }

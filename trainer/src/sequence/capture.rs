@@ -7,6 +7,7 @@ use super::{read, read_error};
 use crate::checkpoint::{Fingerprint, Ingredients};
 use crate::ply::PointCloud;
 use crate::scan_file::{ENDINGS, read_scan};
+use clap::ValueEnum;
 use crease::numpy::{Archive, ReadError};
 use glam::Vec3A;
 use std::path::{Path, PathBuf};
@@ -101,11 +102,11 @@ pub struct Description {
     #[serde(default)]
     units: Option<String>,
     #[serde(default)]
-    up: Option<Up>,
+    up: Option<String>,
     #[serde(default)]
-    mirrored: Option<Axis>,
+    mirrored: Option<String>,
     #[serde(default)]
-    poses_up: Option<Up>,
+    poses_up: Option<String>,
     #[serde(default)]
     normals: Option<String>,
     #[serde(default)]
@@ -160,8 +161,12 @@ impl Capture {
             Some("inward") => true,
             Some(other) => return Err(error("normals", "outward or inward", other.into())),
         };
-        let up = reading.up.or(description.up).unwrap_or_default();
-        let orientation = Orientation { up, mirrored: reading.mirrored.or(description.mirrored) };
+        let ups = "x, y, z, -x, -y or -z";
+        let described_up = named::<Up>(description.up, |found| error("up", ups, found))?;
+        let described_poses_up = named::<Up>(description.poses_up, |found| error("poses_up", ups, found))?;
+        let mirrored = named::<Axis>(description.mirrored, |found| error("mirrored", "x, y or z", found))?;
+        let up = reading.up.or(described_up).unwrap_or_default();
+        let orientation = Orientation { up, mirrored: reading.mirrored.or(mirrored) };
         let layout = match description.capture.kind.as_str() {
             "pointcloud" => Layout::PointCloud,
             "depth" => {
@@ -179,7 +184,7 @@ impl Capture {
             frame_count: description.frame_count,
             licence: description.licence,
             orientation,
-            poses_up: reading.poses_up.or(description.poses_up).unwrap_or(up),
+            poses_up: reading.poses_up.or(described_poses_up).unwrap_or(up),
             layout,
             has_inward_normals,
             metres_per_unit,
@@ -262,4 +267,9 @@ impl Capture {
         }
         Err(read_error(&self.directory, "frame", &format!("less than {}", self.frame_count), index.to_string()))
     }
+}
+
+/// The value of this name, if there is a name.
+fn named<T: ValueEnum>(name: Option<String>, error: impl Fn(String) -> ReadError) -> Result<Option<T>, ReadError> {
+    name.map(|name| T::from_str(&name, false).map_err(|_| error(name))).transpose()
 }

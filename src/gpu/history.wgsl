@@ -60,8 +60,10 @@ fn divide(upper: vec4f, lower: vec4f) -> vec4f {
     return select(vec4f(), upper / select(vec4f(1.0), lower, positive), positive);
 }
 
-// The change counts where it has at least this part of its energy outside the latest one's direction.
+// The change counts where it has at least this part of its energy outside the latest one's direction …
 const LEAST_INDEPENDENCE = 1e-4;
+// … and no more than this many times: of a figure that stands nearly still it is rounding.
+const GREATEST_CHANGE = vec4f(2.0);
 
 // x = the guess, residual = what it leaves of the right side.
 @compute @workgroup_size(64)
@@ -72,7 +74,8 @@ fn guess(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
     let share = divide(sum.uav, sum.uau);
     let independent = sum.vav - sum.uav * share;
     let counts = independent > sum.vav * LEAST_INDEPENDENCE;
-    let of_change = divide(sum.vb - sum.ub * share, select(vec4f(), independent, counts));
+    let new_change = divide(sum.vb - sum.ub * share, select(vec4f(), independent, counts));
+    let of_change = clamp(new_change, -GREATEST_CHANGE, GREATEST_CHANGE);
     let of_latest = divide(sum.ub - sum.uav * of_change, sum.uau) + of_change;
     let k = id.x;
     if k < arrayLength(&x) {

@@ -22,6 +22,7 @@ pub mod import;
 pub mod interrupt;
 pub mod localise;
 pub mod mesh_file;
+pub mod motion_measures;
 pub mod nearest;
 pub mod normals;
 pub mod options;

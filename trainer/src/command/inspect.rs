@@ -5,9 +5,11 @@ use crease::avatar::Avatar;
 use crease::motion::Motion;
 use crease::network::SurfaceFunction;
 use crease_trainer::coefficients::{largest_ratio, motion_ranges, training_ranges};
+use crease_trainer::motion_measures::{OVERSTRETCHED, measure_motion};
 use crease_trainer::sequence::read;
 use crease_trainer::sizes::section_sizes;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -16,6 +18,12 @@ pub struct Arguments {
     /// Motions to compare the coefficients of compact functions with: their largest size, as a multiple of that in training
     #[arg(long, value_name = "MOTION", num_args = 1..)]
     pub coefficients: Vec<PathBuf>,
+    /// Motions to play through the detailed mesh: is it finite, are edges overstretched, does detail flicker
+    #[arg(long, value_name = "MOTION", num_args = 1.., conflicts_with = "coefficients")]
+    pub motion_measures: Vec<PathBuf>,
+    /// The motions' frames a second: needed where a file does not say, and stronger where it does
+    #[arg(long, requires = "motion_measures")]
+    pub fps: Option<f32>,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -23,6 +31,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let avatar = Avatar::read(&bytes, &arguments.avatar.display().to_string())?;
     if !arguments.coefficients.is_empty() {
         return coefficients(&avatar, &arguments.coefficients);
+    }
+    if !arguments.motion_measures.is_empty() {
+        return measures(avatar, &arguments.motion_measures, arguments.fps);
     }
     println!("{}: {:.2} MB", avatar.name, bytes.len() as f64 / 1e6);
     println!("  body         {} vertices, {} joints", avatar.rig.rest.len(), avatar.rig.parents.len());
@@ -56,6 +67,30 @@ fn coefficients(avatar: &Avatar, motions: &[PathBuf]) -> anyhow::Result<()> {
             SurfaceFunction::Mlp(_) => "none".into(),
         });
         println!("{name:44} {:>6} {:>6}", ratios[0], ratios[1]);
+    }
+    Ok(())
+}
+
+/// One line a motion, as a table in Markdown.
+fn measures(avatar: Avatar, motions: &[PathBuf], frames_per_second: Option<f32>) -> anyhow::Result<()> {
+    let avatar = Arc::new(avatar);
+    println!(
+        "| motion | frames | finite | edges over {OVERSTRETCHED}, % | greatest ratio | detail, m/s² | base, m/s² |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for path in motions {
+        let motion = Motion::read(&read(path)?, &path.display().to_string(), frames_per_second)?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let found = measure_motion(Arc::clone(&avatar), &motion)?;
+        let finite = if found.is_finite { "yes" } else { "no" };
+        println!(
+            "| {name} | {} | {finite} | {:.4} | {:.2} | {:.2} | {:.2} |",
+            found.frames,
+            100.0 * found.overstretched_share,
+            found.greatest_ratio,
+            found.detail_acceleration,
+            found.base_acceleration
+        );
     }
     Ok(())
 }

@@ -30,6 +30,7 @@ pub mod plain;
 pub mod ply;
 pub mod progress;
 pub mod quadratic;
+pub mod refinement;
 pub mod registration;
 pub mod report;
 pub mod resident;

@@ -1,6 +1,7 @@
 //! Every choice of training, in one place: for the command line, for files and for code. A preset is a value of [`TrainOptions`].
 
 use crate::compact::CompactOptions;
+use crate::refinement::RefinementOptions;
 use crease::avatar::Form;
 use crease::mesh::Scheme;
 use serde::{Deserialize, Serialize};
@@ -68,6 +69,9 @@ pub struct TrainOptions {
     /// more points than fit, f_l is shown frames in random order, and the points of as many as fit shuffled.
     #[serde(default = "memory_mib")]
     pub memory_mib: usize,
+    /// Refinement of the poses before training.
+    #[serde(default)]
+    pub refinement: RefinementOptions,
     /// Training of f_d as a multilayer perceptron.
     pub deformation: DeformationOptions,
     /// Ground-truth Laplacians by quadratic fits.
@@ -180,6 +184,7 @@ impl TrainOptions {
             anchor_weight: 1.0,
             texture_size: 1024,
             memory_mib: memory_mib(),
+            refinement: RefinementOptions::default(),
             deformation: DeformationOptions {
                 network: network(5, 600, 300),
                 frames_a_step: 10,

@@ -3,28 +3,32 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{Directory, write_body_model, write_sequence};
+use common::{Directory, FRAME_COUNT, write_body_model, write_sequence};
+use crease_trainer::sequence::{Up, read_body};
 use std::fs;
-use std::process::Command;
+use std::process::{Command, Output};
+
+const SMALL: [&str; 5] = [
+    "anchor_count=100",
+    "texture_size=32",
+    "compact.coarse_fit.smoothness=[60]",
+    "compact.base_fit.smoothness=[3, 1]",
+    "compact.detail_fit.smoothness=[1]",
+];
+
+fn crease(directory: &Directory, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_crease")).args(arguments).current_dir(&directory.0).output().unwrap()
+}
 
 #[test]
 fn a_training_ends_with_its_report() {
     let directory = Directory::new("train-report");
     let body = write_sequence(&directory.0.join("bumpy"));
     write_body_model(&directory.0.join("body.npz"), &body);
-    let small = [
-        "anchor_count=100",
-        "texture_size=32",
-        "compact.coarse_fit.smoothness=[60]",
-        "compact.base_fit.smoothness=[3, 1]",
-        "compact.detail_fit.smoothness=[1]",
-    ];
-    let output = Command::new(env!("CARGO_BIN_EXE_crease"))
-        .args(["train", "bumpy", "-o", "bumpy.glb", "--body", "body.npz", "--frames", "0::2", "--report", "--json"])
-        .args(small.iter().flat_map(|assignment| ["--set", assignment]))
-        .current_dir(&directory.0)
-        .output()
-        .unwrap();
+    let mut arguments =
+        vec!["train", "bumpy", "-o", "bumpy.glb", "--body", "body.npz", "--frames", "0::2", "--report", "--json"];
+    arguments.extend(SMALL.iter().flat_map(|assignment| ["--set", assignment]));
+    let output = crease(&directory, &arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for written in ["bumpy.glb", "bumpy.toml", "bumpy.csv"] {
         assert!(directory.0.join(written).exists(), "{written}");
@@ -41,4 +45,21 @@ fn a_training_ends_with_its_report() {
     let of = |stage: &str| last["evaluation"][stage]["scan_to_mesh_cm"].as_f64().unwrap();
     assert!(of("detailed") < 0.5 * of("body"), "{last}");
     assert_eq!(last["evaluation"]["frames"], 3);
+}
+
+#[test]
+fn refined_poses_lie_beside_the_avatar_and_the_report_takes_them() {
+    let directory = Directory::new("train-refine");
+    let body = write_sequence(&directory.0.join("bumpy"));
+    write_body_model(&directory.0.join("body.npz"), &body);
+    let mut arguments =
+        vec!["train", "bumpy", "-o", "out/a.glb", "--body", "body.npz", "--refine", "--report", "--quiet"];
+    arguments.extend(SMALL.iter().flat_map(|assignment| ["--set", assignment]));
+    let output = crease(&directory, &arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let refined = read_body(&directory.0.join("out/a-bumpy.npz")).unwrap();
+    assert_eq!((refined.parameters.poses.len(), refined.up), (FRAME_COUNT, Some(Up::Y)));
+    let run = fs::read_to_string(directory.0.join("out/a.toml")).unwrap();
+    assert!(run.contains("[options.refinement]\nround_count = 2"), "{run}");
+    assert!(directory.0.join("out/a.html").exists());
 }

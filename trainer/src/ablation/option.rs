@@ -5,6 +5,7 @@ use crate::config::RunConfig;
 use crate::evaluate::Evaluation;
 use crate::frames::FrameRange;
 use crate::progress::Progress;
+use crate::refinement::refine_poses;
 use crate::train::{Facts, train};
 use std::time::Instant;
 
@@ -35,7 +36,8 @@ pub fn option(
     let mut rows = Vec::new();
     for (value, options) in all.collect::<anyhow::Result<Vec<_>>>()? {
         let begin = Instant::now();
-        let context = RunConfig { options, ..config.clone() }.prepare(Progress::Bars)?;
+        let mut context = RunConfig { options, ..config.clone() }.prepare(Progress::Bars)?;
+        refine_poses(&mut context)?;
         let sequence = &context.sequences[0];
         let facts = Facts { name: sequence.capture.name.clone(), preset: config.preset.clone(), ..Facts::default() };
         let avatar = train(&context, &facts)?;

@@ -4,20 +4,25 @@ use super::report::{self, Wanted};
 use super::{interrupt, open_sequence, read_avatar};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
+use crease::avatar::Avatar;
 use crease_trainer::checkpoint::Checkpoint;
 use crease_trainer::config::{ChosenFrames, OPEN_BODY_NOTICE, RunConfig};
+use crease_trainer::context::TrainContext;
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
 use crease_trainer::interrupt::Interrupted;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
-use crease_trainer::sequence::Reading;
+use crease_trainer::refinement::refine_poses;
+use crease_trainer::sequence::{BodyParameters, Reading, Up, write_body};
 use crease_trainer::train::{Facts, train};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// Rounds of `--refine`; `--set refinement.round_count` chooses others.
+const REFINEMENT_ROUNDS: usize = 2;
 /// The run itself, in a checkpoint's directory.
 const CONFIG: &str = "run.toml";
 
@@ -56,7 +61,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Go on with a run that was broken off, from its checkpoint
-    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "up", "mirrored", "poses_up", "frames", "preset", "seed", "assignments", "name", "config", "checkpoint"])]
+    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "up", "mirrored", "poses_up", "frames", "preset", "seed", "refine", "assignments", "name", "config", "checkpoint"])]
     pub resume: Option<PathBuf>,
     /// Where work is kept while the run lasts, and after it [default: beside the output until the run is done]
     #[arg(long, value_name = "DIRECTORY")]
@@ -64,6 +69,9 @@ pub struct Arguments {
     /// Keep the state of a network under training so often
     #[arg(long, value_name = "SECONDS", default_value_t = 30)]
     pub checkpoint_every: u64,
+    /// Refine the poses with the clothes that training finds, before it trains; they are written beside the avatar, AVATAR-SEQUENCE.npz
+    #[arg(long)]
+    pub refine: bool,
     /// Write a page about the avatar beside it (.html), as `crease report` does: on the first sequence, frames that were not trained on
     #[arg(long)]
     pub report: bool,
@@ -113,9 +121,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// The page about what was trained.
 fn report(config: &RunConfig, progress: Progress) -> anyhow::Result<()> {
     let avatar = Arc::new(read_avatar(&config.output)?);
-    let open =
-        |chosen: &ChosenFrames| open_sequence(&avatar, &chosen.directory, chosen.poses.as_ref(), &chosen.reading);
-    let sequences = config.sequences.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    let is_refined = config.options.refinement.round_count > 0;
+    let open = |(chosen, refined): (&ChosenFrames, PathBuf)| {
+        let poses = if is_refined { Some(&refined) } else { chosen.poses.as_ref() };
+        open_sequence(&avatar, &chosen.directory, poses, &chosen.reading)
+    };
+    let sequences = config.sequences.iter().zip(refined_files(config)).map(open).collect::<Result<Vec<_>, _>>()?;
     let (first, others) = sequences.split_first().context("sequences: expected at least one, found none")?;
     let wanted = Wanted {
         avatar: &config.output,
@@ -161,7 +172,8 @@ pub fn execute(config: &RunConfig, progress: Progress, kept: &Kept) -> anyhow::R
     if config.body.is_none() {
         facts.notices.push(OPEN_BODY_NOTICE.into());
     }
-    let avatar = train(&context, &facts).map_err(|error| how_to_go_on(error, &kept.directory))?;
+    let avatar =
+        refine_and_train(&mut context, config, &facts).map_err(|error| how_to_go_on(error, &kept.directory))?;
     let bytes = avatar.write();
     write_whole(output, &bytes)?;
     context.log.write(&output.with_extension("csv"))?;
@@ -185,6 +197,27 @@ pub fn execute(config: &RunConfig, progress: Progress, kept: &Kept) -> anyhow::R
         Progress::Silent => {}
     }
     Ok(())
+}
+
+/// Trains, on refined poses where the options ask for them, which are written first.
+fn refine_and_train(context: &mut TrainContext, config: &RunConfig, facts: &Facts) -> anyhow::Result<Avatar> {
+    if context.options.refinement.round_count > 0 {
+        refine_poses(context)?;
+        for (sequence, path) in context.sequences.iter().zip(refined_files(config)) {
+            let body = BodyParameters { betas: sequence.betas.clone(), poses: sequence.poses.clone() };
+            write_body(&path, &body, Up::Y, sequence.capture.frames_per_second)?;
+        }
+    }
+    train(context, facts)
+}
+
+/// Where the refined poses of each sequence go.
+fn refined_files(config: &RunConfig) -> impl Iterator<Item = PathBuf> + '_ {
+    let name = config.output.file_stem().unwrap_or_default().to_string_lossy();
+    config.sequences.iter().map(move |sequence| {
+        let sequence = sequence.directory.file_name().unwrap_or_default().to_string_lossy();
+        config.output.with_file_name(format!("{name}-{sequence}.npz"))
+    })
 }
 
 fn how_to_go_on(error: anyhow::Error, directory: &Path) -> anyhow::Error {
@@ -219,6 +252,9 @@ pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
     config.body = arguments.body.clone().or(config.body);
     config.name = arguments.name.clone().or(config.name);
     config.options.seed = arguments.seed.unwrap_or(config.options.seed);
+    if arguments.refine && config.options.refinement.round_count == 0 {
+        config.options.refinement.round_count = REFINEMENT_ROUNDS;
+    }
     for assignment in &arguments.assignments {
         config.options = config.options.with(assignment)?;
     }

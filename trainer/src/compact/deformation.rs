@@ -2,7 +2,7 @@
 
 use super::frame_fit::PreparedScan;
 use super::surface_fit::{FitOptions, coverage, fit_surface};
-use super::two_scales::regress_surface;
+use super::two_scales::{BranchOptions, regress_surface};
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{DeformationTrainer, Sample, TrainContext};
 use anyhow::ensure;
@@ -51,7 +51,16 @@ impl CompactDeformation {
 
     /// f_d from the offsets that [`Self::fit`] gives.
     pub fn regress(&self, context: &TrainContext, offsets: &[Vec<Vec3A>]) -> anyhow::Result<Compact> {
-        let options = &context.options.compact.deformation;
+        self.regress_with(context, offsets, &context.options.compact.deformation)
+    }
+
+    /// [`Self::regress`] by a branch of one's own.
+    pub fn regress_with(
+        &self,
+        context: &TrainContext,
+        offsets: &[Vec<Vec3A>],
+        options: &BranchOptions,
+    ) -> anyhow::Result<Compact> {
         let TrainContext { subdivision, domains, rig, .. } = context;
         regress_surface(0, subdivision, domains, rig, &context.poses(), offsets, options)
     }

@@ -18,6 +18,8 @@ pub struct ArticulatedBody<'a> {
     joint_directions: Vec<Vec<Vec3A>>,
     /// How many shape components are estimated.
     shape_count: usize,
+    /// What stands off the rest vertices, metres; empty for the naked skin.
+    clothes: Vec<Vec3A>,
 }
 
 /// Shape and pose of one frame.
@@ -65,7 +67,12 @@ impl<'a> ArticulatedBody<'a> {
                 body.joint_regressor.iter().map(displacement).collect()
             })
             .collect();
-        Self { body, joint_directions, shape_count }
+        Self { body, joint_directions, shape_count, clothes: Vec::new() }
+    }
+
+    /// The body with clothes on: offsets from its rest vertices, metres.
+    pub fn wearing(self, clothes: Vec<Vec3A>) -> Self {
+        Self { clothes, ..self }
     }
 
     /// Number of joints J.
@@ -95,7 +102,8 @@ impl<'a> ArticulatedBody<'a> {
 
     /// Poses the body. Derivatives by shape are there where `with_shape`.
     pub fn pose(&'a self, state: &State, with_shape: bool) -> Posed<'a> {
-        let rig = self.body.shaped(&state.betas);
+        let mut rig = self.body.shaped(&state.betas);
+        rig.rest.iter_mut().zip(&self.clothes).for_each(|(rest, &off)| *rest += off);
         let posed_from_rest = posed_from_rest(&rig, &state.pose);
         let joints: Vec<Vec3A> =
             posed_from_rest.iter().zip(&rig.rest_joints).map(|(a, &joint)| a.transform_point3a(joint)).collect();

@@ -11,6 +11,7 @@
 
 mod accuracy;
 mod articulated;
+mod dressed;
 mod frame_fit;
 mod keypoint_files;
 mod keypoints;
@@ -24,6 +25,7 @@ mod system;
 mod tracking;
 
 pub use accuracy::{Accuracy, compare};
+pub use dressed::{DressedPerson, Hold};
 pub use keypoint_files::read_keypoints;
 pub use keypoints::Keypoints;
 

@@ -84,6 +84,7 @@ impl Cloud {
 }
 
 /// What is constant of the body's surface.
+#[derive(Clone)]
 pub struct Surface {
     /// Vertices that look for the scan.
     samples: Vec<u32>,
@@ -116,6 +117,14 @@ impl Surface {
                 .map(|joints| FOREARMS.contains(&body.joint_names[joints[0] as usize].as_str()))
                 .collect(),
         }
+    }
+}
+
+impl Surface {
+    /// The surface of a body whose clothes are known: nothing else lies outside.
+    pub fn dressed(body: &ArticulatedBody) -> Self {
+        let skin = Self::new(body);
+        Self { outside: vec![1.0; skin.outside.len()], ..skin }
     }
 }
 

@@ -32,6 +32,7 @@ struct Ball {
 }
 
 /// The balls of a body, limb by limb.
+#[derive(Clone)]
 pub struct Proxies {
     limbs: Vec<Vec<Ball>>,
 }

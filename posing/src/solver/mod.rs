@@ -148,6 +148,10 @@ impl Solver {
             history.clear();
         }
         history.guess(d, residual);
+        if start == Start::Earlier {
+            // What the guess leaves, anew: remembered products carry the rounding of their solves, which would add up from frame to frame.
+            operators[0].residual(d, right_side, residual);
+        }
         let limit = match stop {
             Stop::Iterations(count) => count,
             Stop::Tolerance(_) => ITERATION_LIMIT,

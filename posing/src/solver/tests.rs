@@ -174,6 +174,20 @@ fn a_wrong_factor_is_seen() {
     }
 }
 
+/// A figure that stands nearly still for ten seconds: what rounding leaves in one frame must not add up over the next ones.
+#[test]
+fn earlier_solutions_carry_no_rounding_along() {
+    let problem = Problem::new(&bumpy_torus(36), 2, 80, 1.0);
+    let mut solver = problem.solver(problem.factor()).unwrap();
+    let mut d = problem.r.clone();
+    for time in 0..600 {
+        let still: Vec<Vec3A> = problem.r.iter().map(|&r| r * (1.0 + 1e-6 * (time as f32).sin())).collect();
+        solver.solve(2, &still, &mut d, Start::Earlier, DEFAULT_TOLERANCE);
+    }
+    let error = d.iter().zip(&problem.exact).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(error <= PROMISED, "{error} m");
+}
+
 #[test]
 fn earlier_solutions_make_a_near_guess_and_the_same_one_needs_nothing_more() {
     let problem = Problem::new(&bumpy_torus(36), 2, 80, 1.0);

@@ -15,6 +15,8 @@ pub mod body;
 pub mod colour;
 mod decimal;
 pub mod export;
+#[cfg(any(feature = "render", feature = "gpu"))]
+mod filled_buffer;
 #[cfg(any(feature = "fixture", all(test, feature = "factor")))]
 pub mod fixture;
 #[cfg(feature = "gpu")]

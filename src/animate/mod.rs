@@ -80,7 +80,8 @@ pub enum Part {
     Solve,
 }
 
-/// An avatar made ready to move: all that no frame changes, and scratch space.
+/// An avatar made ready to move: all that no frame changes, and scratch space, which the first detailed frame makes: an avatar that a GPU
+/// poses takes no memory for it.
 pub struct Animator {
     base: BaseAnimator,
     domains: Vec<Domain>,
@@ -107,7 +108,6 @@ impl Animator {
     pub fn over(base: BaseAnimator) -> Result<Self, AvatarError> {
         let (avatar, subdivision) = (base.avatar(), base.subdivision());
         let finest_level = subdivision.level_count();
-        let zeros = |level: usize| vec![Vec3A::ZERO; subdivision.vertex_count(level)];
         let laplacian_level = avatar.laplacian.level();
         let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, subdivision);
         let joint_count = avatar.rig.parents.len();
@@ -122,11 +122,11 @@ impl Animator {
         Ok(Self {
             domains,
             scales_per_area: solver_levels.clone().map(scales_per_area).collect(),
-            laplacians: (laplacian_level..=finest_level).map(zeros).collect(),
-            areas: vec![0.0; subdivision.vertex_count(finest_level)],
-            residual: zeros(finest_level),
-            displacements: solver_levels.map(zeros).collect(),
-            detailed: zeros(finest_level),
+            laplacians: vec![Vec::new(); finest_level - laplacian_level + 1],
+            areas: Vec::new(),
+            residual: Vec::new(),
+            displacements: vec![Vec::new(); solver_levels.count()],
+            detailed: Vec::new(),
             iterations: 0,
             solver,
             base,
@@ -175,8 +175,25 @@ impl Animator {
         self.base.levels()
     }
 
+    /// Makes the space that a detailed frame works in.
+    fn make_room(&mut self) {
+        let subdivision = self.base.subdivision();
+        let finest = subdivision.level_count();
+        for vectors in [&mut self.laplacians, &mut self.displacements] {
+            let coarsest = finest + 1 - vectors.len();
+            for (level, vectors) in (coarsest..).zip(vectors) {
+                vectors.resize(subdivision.vertex_count(level), Vec3A::ZERO);
+            }
+        }
+        let count = subdivision.vertex_count(finest);
+        self.areas.resize(count, 0.0);
+        self.residual.resize(count, Vec3A::ZERO);
+        self.detailed.resize(count, Vec3A::ZERO);
+    }
+
     /// f_l, turned into the posed frame and carried to `level` by Loop's stencils.
     fn evaluate_laplacian(&mut self, pose: &Pose, liveliness: f32, level: usize) {
+        self.make_room();
         let BaseAnimator { avatar, subdivision, surface, scratch, .. } = &mut self.base;
         let own_level = avatar.laplacian.level();
         let values = &mut self.laplacians[0];

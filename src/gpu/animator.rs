@@ -5,10 +5,10 @@ use super::error::GpuError;
 use super::finite::FiniteCheck;
 use super::frame::{Frame, is_detailed};
 use super::inverse_factor::InverseFactor;
-use super::kernel::{Dispatch, WORKGROUP, WORKGROUP_LIMIT, uniform_of, vectors};
+use super::kernel::{Dispatch, Gpu, WORKGROUP, WORKGROUP_LIMIT, uniform_of, vectors};
 use super::outline::Outline;
 use super::residual::ResidualKernel;
-use super::sparse::{GpuMatrix, SparseKernels, stencils};
+use super::sparse::{GpuMatrix, LoopMatrices, SparseKernels, stencils};
 use super::surface::SurfaceKernel;
 use super::timestamps::Timestamps;
 use super::topology::GpuCorners;
@@ -37,8 +37,7 @@ const POSE_JUMP: f32 = 0.35;
 /// An avatar on a GPU, ready to move.
 pub struct GpuAnimator {
     avatar: Arc<Avatar>,
-    device: Device,
-    queue: Queue,
+    gpu: Gpu,
     frame: Buffer,
     /// Levels that can be asked for; lists over levels begin with the first.
     levels: RangeInclusive<usize>,
@@ -50,6 +49,7 @@ pub struct GpuAnimator {
     laplacian: Vec<Dispatch>,
     /// δ from each level to the next, from that of f_l on.
     deltas: Vec<Dispatch>,
+    solvers: GpuSolvers,
     solves: Vec<LevelSolve>,
     /// The displacement from each level to the next.
     displacement: Vec<Dispatch>,
@@ -100,64 +100,61 @@ impl GpuAnimator {
     /// and octahedral normal, usable as storage.
     pub fn new(device: &Device, queue: &Queue, animator: &Animator, vertices: &Buffer) -> Result<Self, GpuError> {
         check_limits(device, animator)?;
+        let gpu = &Gpu { device: device.clone(), queue: queue.clone() };
         let (avatar, subdivision, levels) = (animator.shared_avatar(), animator.subdivision(), animator.levels());
         let (coarsest, finest) = (*levels.start(), *levels.end());
         let laplacian_level = avatar.laplacian.level();
         let rest = Frame::new(&avatar, &Pose::rest(avatar.rig.parents.len()), &Options::default());
-        let frame = uniform_of(device, "frame", &rest);
-        let on_level = |label, level| vectors(device, label, subdivision.vertex_count(level));
-        let sparse = SparseKernels::new(device);
+        let frame = uniform_of(gpu, "frame", &rest);
+        let on_level = |label, level| vectors(gpu, label, subdivision.vertex_count(level));
+        let sparse = SparseKernels::new(gpu);
 
         let evaluate = |function: &SurfaceFunction, values: &Buffer| {
             let domain = &animator.domains()[function.level()];
             match function {
-                SurfaceFunction::Mlp(mlp) => perceptron::evaluate(device, mlp, domain, &frame, values),
+                SurfaceFunction::Mlp(mlp) => perceptron::evaluate(gpu, mlp, domain, &frame, values),
                 SurfaceFunction::Compact(tables) => {
-                    compact::evaluate(device, tables, avatar.rig.parents.len(), &frame, values, domain.canonical.len())
+                    compact::evaluate(gpu, tables, avatar.rig.parents.len(), &frame, values, domain.canonical.len())
                 }
             }
         };
-        // `first` and its refinements up to the finest level, and the dispatches between them.
-        let refined = |scheme, level: usize, first: Buffer| {
-            let (mut fields, mut dispatches) = (vec![first], Vec::new());
-            for level in level..finest {
-                let fine = on_level("refined", level + 1);
-                let matrix = GpuMatrix::new(device, &stencils(subdivision, scheme, level));
-                dispatches.push(sparse.apply(&matrix, &fields[fields.len() - 1], &fine));
-                fields.push(fine);
-            }
-            (fields, dispatches)
+        let loops = &LoopMatrices::new(gpu, subdivision);
+        // Carries a field from each level to the next, the first of which is `level`.
+        let refined = |scheme, level: usize, fields: &[Buffer]| -> Vec<Dispatch> {
+            let steps = (level..).zip(fields).zip(&fields[1..]);
+            let step = |((level, coarse), fine): ((usize, &Buffer), &Buffer)| match scheme {
+                Scheme::Loop => sparse.apply(loops.upwards(level), coarse, fine),
+                Scheme::Midpoint => {
+                    sparse.apply(&GpuMatrix::new(gpu, &stencils(subdivision, scheme, level)), coarse, fine)
+                }
+            };
+            steps.map(step).collect()
         };
 
         let offsets = on_level("offsets", 0);
         let deformation = evaluate(&avatar.deformation, &offsets);
-        let (bases, base) = refined(avatar.scheme, 0, on_level("posed", 0));
-        let skinning = skinning::pose(device, &avatar.rig, &frame, &offsets, &bases[0]);
+        let bases: Vec<Buffer> = (0..=finest).map(|level| on_level("posed", level)).collect();
+        let base = refined(avatar.scheme, 0, &bases);
+        let skinning = skinning::pose(gpu, &avatar.rig, &frame, &offsets, &bases[0]);
 
-        let (all_deltas, deltas) = refined(Scheme::Loop, laplacian_level, on_level("deltas", laplacian_level));
+        let solvers = GpuSolvers::new(gpu, &animator.solver, subdivision, loops);
+        let all_deltas: Vec<Buffer> = (laplacian_level..=finest).map(|level| solvers.deltas(level).clone()).collect();
+        let deltas = refined(Scheme::Loop, laplacian_level, &all_deltas);
         let mut laplacian = evaluate(&avatar.laplacian, &all_deltas[0]);
-        laplacian.push(rotation::rotate(
-            device,
-            &avatar.rig.skin,
-            subdivision,
-            laplacian_level,
-            &frame,
-            &all_deltas[0],
-        ));
+        laplacian.push(rotation::rotate(gpu, &avatar.rig.skin, subdivision, laplacian_level, &frame, &all_deltas[0]));
 
-        let solvers = GpuSolvers::new(device, &animator.solver, subdivision);
-        let (residual_kernel, surface_kernel) = (ResidualKernel::new(device), SurfaceKernel::new(device));
-        let (displacements, displacement) = refined(Scheme::Loop, coarsest, on_level("displacement", coarsest));
-        let finite = FiniteCheck::new(device);
+        let (residual_kernel, surface_kernel) = (ResidualKernel::new(gpu), SurfaceKernel::new(gpu));
+        let displacements: Vec<Buffer> = levels.clone().map(|level| on_level("displacement", level)).collect();
+        let displacement = refined(Scheme::Loop, coarsest, &displacements);
+        let finite = FiniteCheck::new(gpu);
         let (mut solves, mut surfaces) = (Vec::new(), Vec::new());
         for (level, displacement) in levels.clone().zip(&displacements) {
             let vertex_count = subdivision.vertex_count(level);
-            let corners = GpuCorners::new(device, vertex_count, subdivision.triangles(level));
-            let row_residual = on_level("row residual", level);
-            let fields = [&bases[level], &all_deltas[level - laplacian_level], &row_residual];
+            let corners = GpuCorners::new(gpu, vertex_count, subdivision.triangles(level));
+            let fields = [&bases[level], solvers.deltas(level), solvers.row_residual(level)];
             solves.push(LevelSolve {
                 residual: residual_kernel.dispatch(&frame, fields, &corners, solvers.rings(level), vertex_count),
-                solver: solvers.on_level(device, level, vertex_count, &row_residual, displacement),
+                solver: solvers.on_level(gpu, level, vertex_count, displacement),
             });
             let fields = [&bases[level], displacement, vertices, finite.count()];
             surfaces.push(surface_kernel.dispatch(&frame, fields, &corners, vertex_count));
@@ -166,8 +163,7 @@ impl GpuAnimator {
             operations: [&avatar.deformation, &avatar.laplacian].map(|f| operations(f, animator)).iter().sum(),
             outline: Outline::new(&avatar.rig),
             avatar,
-            device: device.clone(),
-            queue: queue.clone(),
+            gpu: gpu.clone(),
             frame,
             levels,
             deformation,
@@ -175,6 +171,7 @@ impl GpuAnimator {
             base,
             laplacian,
             deltas,
+            solvers,
             solves,
             displacement,
             surfaces,
@@ -188,15 +185,15 @@ impl GpuAnimator {
     /// As nothing is read back, [`Stop::Tolerance`] stands for a fixed number of iterations that reaches 0.02 mm. A warm start is left
     /// out where the pose jumps, so that a frame depends on pose and options alone, within that tolerance.
     pub fn animate(&mut self, pose: &Pose, options: &Options, mut timestamps: Option<&mut Timestamps>) {
-        self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&Frame::new(&self.avatar, pose, options)));
-        let mut encoder = self.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&Frame::new(&self.avatar, pose, options)));
+        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let mut iterations = 0;
         if is_detailed(options) {
             let [_, solve_level] = self.levels_of(options);
             let is_warm = options.warm_start
                 && self.solved.as_ref().is_some_and(|solved| is_near(solved, pose, options, solve_level));
             if !is_warm {
-                self.solves[solve_level - self.levels.start()].solver.forget(&mut encoder);
+                self.solvers.forget(&mut encoder);
             }
             iterations = iteration_count(options.stop, is_warm);
             self.solved = Some((pose.clone(), shape_of(options), solve_level));
@@ -213,7 +210,7 @@ impl GpuAnimator {
             timestamps.finish(&mut encoder);
         }
         self.finite.record(&mut encoder);
-        self.queue.submit([encoder.finish()]);
+        self.gpu.queue.submit([encoder.finish()]);
         self.finite.read();
     }
 

@@ -1,11 +1,10 @@
 //! The coarsest level, solved by two products with W = L⁻¹.
 
 use super::inverse_factor::{InverseFactor, NONE};
-use super::kernel::{Dispatch, Kernel, Shader, WORKGROUP_LIMIT, numbered, storage_of, vectors};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, WORKGROUP_LIMIT, numbered, storage_of, vectors};
 use crate::solver::FactorParts;
 use crate::wgsl::wgsl;
-use half::f16;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("coarse_solve.wgsl"));
@@ -36,7 +35,7 @@ pub(super) struct GpuCoarseSolve {
 }
 
 impl GpuCoarseSolve {
-    pub fn new(device: &Device, factor: &FactorParts<'_>) -> Self {
+    pub fn new(gpu: &Gpu, factor: &FactorParts<'_>) -> Self {
         let inverse = InverseFactor::new(factor);
         let count = inverse.steps.len();
         let mut rows: Vec<Row> = (0..count)
@@ -57,23 +56,15 @@ impl GpuCoarseSolve {
                 (rows[i].run_end, rows[i].next_run) = (rows[i + 1].run_end, rows[i + 1].next_run);
             }
         }
-        let halves: Vec<u32> = inverse
-            .values
-            .chunks(2)
-            .map(|pair| {
-                let bits = |i: usize| u32::from(f16::from_f32(pair.get(i).copied().unwrap_or(0.0)).to_bits());
-                bits(0) | bits(1) << 16
-            })
-            .collect();
         let vertices: Vec<u32> = inverse.steps.iter().map(|&step| factor.permutation[step as usize]).collect();
-        let shader = Shader::new(device, "coarse solve", SOURCE);
+        let shader = Shader::new(gpu, "coarse solve", SOURCE);
         Self {
             forward: shader.kernel("forward"),
             backward: shader.kernel("backward"),
-            rows: storage_of(device, "coarse solve: rows", &rows),
-            values: storage_of(device, "coarse solve: values", &halves),
-            vertices: storage_of(device, "coarse solve: vertices", &vertices),
-            between: vectors(device, "coarse solve: between", count),
+            rows: storage_of(gpu, "coarse solve: rows", &rows),
+            values: storage_of(gpu, "coarse solve: values", &inverse.values),
+            vertices: storage_of(gpu, "coarse solve: vertices", &vertices),
+            between: vectors(gpu, "coarse solve: between", count),
             count,
         }
     }

@@ -1,10 +1,10 @@
 //! A compact surface function's tables, packed for compact.wgsl.
 
-use super::kernel::{Dispatch, Shader, storage, storage_of};
+use super::kernel::{Dispatch, Gpu, Shader, storage, storage_of};
 use crate::network::Compact;
 use crate::wgsl::wgsl;
 use crease_posing::order::places_by;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("compact.wgsl"));
@@ -36,7 +36,7 @@ struct Row {
 
 /// Evaluates `function` into `values`, one vector for each vertex of its level.
 pub(super) fn evaluate(
-    device: &Device,
+    gpu: &Gpu,
     function: &Compact,
     joint_count: usize,
     frame: &Buffer,
@@ -44,9 +44,9 @@ pub(super) fn evaluate(
     vertex_count: usize,
 ) -> Vec<Dispatch> {
     let packed = Packed::new(function, joint_count, vertex_count);
-    let buffer = |bytes: &[u8]| storage_of(device, "compact", bytes);
-    let factors = storage(device, "compact: factors", packed.factor_count * size_of::<f32>());
-    let shader = Shader::new(device, "compact", SOURCE);
+    let buffer = |bytes: &[u8]| storage_of(gpu, "compact", bytes);
+    let factors = storage(gpu, "compact: factors", packed.factor_count * size_of::<f32>());
+    let shader = Shader::new(gpu, "compact", SOURCE);
     let coefficients = shader.kernel("coefficients").in_groups(
         [packed.regions.len() as u32, 1, 1],
         &[

@@ -1,14 +1,15 @@
 //! (LᵀL + w_a S) d = Lᵀ r by a fixed number of preconditioned conjugate-gradient steps. Products and step lengths never leave the GPU.
 
 use super::history::{GpuHistory, HistoryKernels};
-use super::kernel::{Dispatch, Kernel, Shader, storage, vectors};
-use super::multigrid::GpuMultigrid;
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, storage, vectors};
+use super::multigrid::{GpuMultigrid, LevelFields};
 use super::normal_operator::{GpuOperator, OperatorKernels};
+use super::sparse::LoopMatrices;
 use super::topology::GpuRings;
 use crate::mesh::Subdivision;
 use crate::solver::Solver;
 use crate::wgsl::wgsl;
-use wgpu::{Buffer, CommandEncoder, Device};
+use wgpu::{Buffer, CommandEncoder};
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("conjugate_gradients.wgsl"));
@@ -21,6 +22,7 @@ pub(super) struct GpuSolvers {
     kernels: Kernels,
     operators: OperatorKernels,
     histories: HistoryKernels,
+    history: GpuHistory,
     multigrid: GpuMultigrid,
     /// Without subdivision there is no level to share an operator with, and nothing is smoothed.
     lone: Option<GpuOperator>,
@@ -35,7 +37,6 @@ pub(super) struct GpuSolver {
     /// Later iterations; the energies of this and the last one swap their places.
     later: [Vec<Dispatch>; 2],
     end: Dispatch,
-    history: GpuHistory,
 }
 
 struct Kernels {
@@ -47,29 +48,31 @@ struct Kernels {
 /// What an iteration works on, all on one level.
 struct Fields<'a> {
     displacement: &'a Buffer,
-    residual: Buffer,
+    /// The preconditioner's right side, and what it makes of that.
+    residual: &'a Buffer,
+    preconditioned: &'a Buffer,
     direction: Buffer,
-    product: Buffer,
-    preconditioned: Buffer,
+    product: &'a Buffer,
     step_energy: Buffer,
 }
 
 impl GpuSolvers {
-    pub fn new(device: &Device, solver: &Solver, subdivision: &Subdivision) -> Self {
+    pub fn new(gpu: &Gpu, solver: &Solver, subdivision: &Subdivision, loops: &LoopMatrices) -> Self {
         let finest_level = subdivision.level_count();
-        let multigrid = GpuMultigrid::new(device, solver, subdivision);
-        let shader = Shader::new(device, "conjugate gradients", SOURCE);
+        let multigrid = GpuMultigrid::new(gpu, solver, subdivision, loops);
+        let shader = Shader::new(gpu, "conjugate gradients", SOURCE);
         Self {
             kernels: Kernels {
                 inner_product: shader.kernel("inner_product"),
                 turn: shader.kernel("turn"),
                 advance: shader.kernel("advance"),
             },
-            operators: OperatorKernels::new(device),
-            histories: HistoryKernels::new(device),
+            operators: OperatorKernels::new(gpu),
+            histories: HistoryKernels::new(gpu),
+            history: GpuHistory::new(gpu, subdivision.vertex_count(finest_level)),
             lone: multigrid.levels.is_empty().then(|| {
                 let unused = vec![0.0; subdivision.vertex_count(finest_level)];
-                GpuOperator::new(device, &solver.operator_parts(), &unused, [0.0; 2], subdivision, finest_level)
+                GpuOperator::new(gpu, &solver.operator_parts(), &unused, [0.0; 2], subdivision, finest_level)
             }),
             multigrid,
             finest_level,
@@ -87,34 +90,47 @@ impl GpuSolvers {
         self.operator(level).rings()
     }
 
-    /// Solves for `displacement` from `row_residual`, both on `level`.
-    pub fn on_level(
-        &self,
-        device: &Device,
-        level: usize,
-        vertex_count: usize,
-        row_residual: &Buffer,
-        displacement: &Buffer,
-    ) -> GpuSolver {
-        let Self { operators, histories, multigrid, .. } = self;
+    /// Makes the next solve start from nothing in place of what the last ones make likely: they were of another level, or are no help.
+    pub fn forget(&self, encoder: &mut CommandEncoder) {
+        self.history.clear(encoder);
+    }
+
+    /// Where δ on `level` may wait until [`Self::row_residual`] is made of it.
+    pub fn deltas(&self, level: usize) -> &Buffer {
+        &self.fields(level).correction
+    }
+
+    /// What [`Self::on_level`] solves from.
+    pub fn row_residual(&self, level: usize) -> &Buffer {
+        &self.fields(level).residual
+    }
+
+    fn fields(&self, level: usize) -> &LevelFields {
+        &self.multigrid.fields[self.finest_level - level]
+    }
+
+    /// Solves for `displacement` from the rows' residual, both on `level`.
+    pub fn on_level(&self, gpu: &Gpu, level: usize, vertex_count: usize, displacement: &Buffer) -> GpuSolver {
+        let Self { operators, histories, history, multigrid, .. } = self;
         let operator = self.operator(level);
-        let field = |label| vectors(device, label, vertex_count);
-        let energy = |label| storage(device, label, PARTIAL_COUNT * size_of::<[f32; 4]>());
+        let field = |label| vectors(gpu, label, vertex_count);
+        let energy = |label| storage(gpu, label, PARTIAL_COUNT * size_of::<[f32; 4]>());
         let right_side = field("solver: right side");
+        let LevelFields { side, correction, residual } = self.fields(level);
         let fields = Fields {
             displacement,
-            residual: field("solver: residual"),
+            residual: side,
+            preconditioned: correction,
             direction: field("solver: direction"),
-            product: field("solver: product"),
-            preconditioned: field("solver: preconditioned"),
+            // The cycle is over when A is applied to the direction.
+            product: residual,
             step_energy: energy("solver: energy of a step"),
         };
-        let history = GpuHistory::new(device, vertex_count);
-        let mut start = vec![operator.right_side(operators, row_residual, &right_side)];
-        start.extend(history.guess(histories, &right_side, displacement, &fields.residual));
+        let mut start = vec![operator.right_side(operators, self.row_residual(level), &right_side)];
+        start.extend(history.guess(histories, vertex_count, &right_side, displacement, side));
         let iteration = |[energy, last_energy]: [&Buffer; 2]| {
             let first = self.finest_level - level;
-            let mut dispatches = multigrid.cycle(operators, first, &fields.residual, &fields.preconditioned);
+            let mut dispatches = multigrid.cycle(operators, first);
             dispatches.extend(fields.rest_of_iteration(
                 &self.kernels,
                 operators,
@@ -131,18 +147,12 @@ impl GpuSolvers {
             start,
             first: iteration([&even, &none]),
             later: [iteration([&odd, &even]), iteration([&even, &odd])],
-            end: history.remember(histories, &right_side, displacement, &fields.residual),
-            history,
+            end: history.remember(histories, vertex_count, &right_side, displacement, side),
         }
     }
 }
 
 impl GpuSolver {
-    /// Makes the next solve start from nothing in place of what the last ones make likely.
-    pub fn forget(&self, encoder: &mut CommandEncoder) {
-        self.history.clear(encoder);
-    }
-
     /// The dispatches of a solve, in order.
     pub fn dispatches(&self, iterations: u32) -> impl Iterator<Item = &Dispatch> {
         let first = self.first.iter().take(if iterations == 0 { 0 } else { usize::MAX });

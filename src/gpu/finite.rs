@@ -1,9 +1,9 @@
 //! How many vertices of a frame were nowhere: counted on the GPU, told some frames later, so that nothing waits for it.
 
-use super::kernel::storage;
+use super::kernel::{Gpu, storage};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, Device, MapMode};
+use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode};
 
 /// A counter on the GPU and its way back.
 pub(super) struct FiniteCheck {
@@ -18,9 +18,9 @@ pub(super) struct FiniteCheck {
 }
 
 impl FiniteCheck {
-    pub fn new(device: &Device) -> Self {
-        let count = storage(device, "finite check: count", size_of::<u32>());
-        let readable = device.create_buffer(&BufferDescriptor {
+    pub fn new(gpu: &Gpu) -> Self {
+        let count = storage(gpu, "finite check: count", size_of::<u32>());
+        let readable = gpu.device.create_buffer(&BufferDescriptor {
             label: Some("finite check: readable"),
             size: count.size(),
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,

@@ -1,10 +1,11 @@
-//! A first guess from the last two solutions of a level, which stay on the GPU. Twin: `solver::history`.
+//! A first guess from the last two solutions, which stay on the GPU. Twin: `solver::history`.
 
-use super::kernel::{Dispatch, Kernel, Shader, storage, vectors};
-use wgpu::{Buffer, CommandEncoder, Device};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, front, storage, vectors, whole};
+use crate::wgsl::wgsl;
+use wgpu::{Buffer, BufferBinding, CommandEncoder};
 
 /// WGSL of the pass.
-pub(super) const SOURCE: &str = include_str!("history.wgsl");
+pub(super) const SOURCE: &str = wgsl!(include_str!("history.wgsl"));
 
 /// Partial sums, and workgroups that make them; each has five vectors.
 const PARTIAL_COUNT: usize = 64;
@@ -17,34 +18,33 @@ pub(super) struct HistoryKernels {
     remember: Kernel,
 }
 
-/// The last two solutions and what A makes of them: zeros where there are none.
+/// The last two solutions, both of one level, and what A makes of them: zeros where there are none. All levels share the room.
 pub(super) struct GpuHistory {
     latest: Buffer,
     latest_product: Buffer,
     before: Buffer,
     before_product: Buffer,
     partial: Buffer,
-    vertex_count: usize,
 }
 
 impl HistoryKernels {
-    pub fn new(device: &Device) -> Self {
-        let shader = Shader::new(device, "history", SOURCE);
+    pub fn new(gpu: &Gpu) -> Self {
+        let shader = Shader::new(gpu, "history", SOURCE);
         let [products, guess, remember] = ["products", "guess", "remember"].map(|entry| shader.kernel(entry));
         Self { products, guess, remember }
     }
 }
 
 impl GpuHistory {
-    pub fn new(device: &Device, vertex_count: usize) -> Self {
-        let field = |label| vectors(device, label, vertex_count);
+    /// `vertex_count` is that of the finest level.
+    pub fn new(gpu: &Gpu, vertex_count: usize) -> Self {
+        let field = |label| vectors(gpu, label, vertex_count);
         Self {
             latest: field("history: latest"),
             latest_product: field("history: product of the latest"),
             before: field("history: before"),
             before_product: field("history: product of the one before"),
-            partial: storage(device, "history: inner products", PARTIAL_COUNT * PARTIAL_BYTES),
-            vertex_count,
+            partial: storage(gpu, "history: inner products", PARTIAL_COUNT * PARTIAL_BYTES),
         }
     }
 
@@ -55,24 +55,40 @@ impl GpuHistory {
         }
     }
 
-    /// x = the guess for the right side `side`, and `residual` what it leaves of it.
-    pub fn guess(&self, kernels: &HistoryKernels, side: &Buffer, x: &Buffer, residual: &Buffer) -> [Dispatch; 2] {
-        let mut bindings = self.bindings(side);
-        bindings.push((5, &self.partial));
-        let products = kernels.products.in_groups([PARTIAL_COUNT as u32, 1, 1], &bindings);
-        bindings.extend([(6, x), (7, residual)]);
-        [products, kernels.guess.over(self.vertex_count, &bindings)]
+    /// x = the guess for the right side `side`, and `residual` what it leaves of it, on a level of `vertex_count` vertices.
+    pub fn guess(
+        &self,
+        kernels: &HistoryKernels,
+        vertex_count: usize,
+        side: &Buffer,
+        x: &Buffer,
+        residual: &Buffer,
+    ) -> [Dispatch; 2] {
+        let mut bindings = self.bindings(vertex_count, side);
+        bindings.push((5, whole(&self.partial)));
+        let products = kernels.products.with_ranges([PARTIAL_COUNT as u32, 1, 1], &bindings);
+        bindings.extend([(6, whole(x)), (7, whole(residual))]);
+        [products, kernels.guess.over_ranges(vertex_count, &bindings)]
     }
 
     /// Keeps the solution `x`, which leaves `residual` of `side`, in place of the older one.
-    pub fn remember(&self, kernels: &HistoryKernels, side: &Buffer, x: &Buffer, residual: &Buffer) -> Dispatch {
-        let mut bindings = self.bindings(side);
-        bindings.extend([(6, x), (7, residual)]);
-        kernels.remember.over(self.vertex_count, &bindings)
+    pub fn remember(
+        &self,
+        kernels: &HistoryKernels,
+        vertex_count: usize,
+        side: &Buffer,
+        x: &Buffer,
+        residual: &Buffer,
+    ) -> Dispatch {
+        let mut bindings = self.bindings(vertex_count, side);
+        bindings.extend([(6, whole(x)), (7, whole(residual))]);
+        kernels.remember.over_ranges(vertex_count, &bindings)
     }
 
-    fn bindings<'a>(&'a self, side: &'a Buffer) -> Vec<(u32, &'a Buffer)> {
+    fn bindings<'a>(&'a self, vertex_count: usize, side: &'a Buffer) -> Vec<(u32, BufferBinding<'a>)> {
         let Self { latest, latest_product, before, before_product, .. } = self;
-        vec![(0, side), (1, latest), (2, latest_product), (3, before), (4, before_product)]
+        let of_level = |buffer| front(buffer, (vertex_count * size_of::<[f32; 4]>()) as u64);
+        let solutions = [latest, latest_product, before, before_product].map(of_level);
+        [(0, whole(side))].into_iter().chain((1..).zip(solutions)).collect()
     }
 }

@@ -4,6 +4,8 @@
 //! so W needs no indices. Whatever the rounding, Wᵀ D⁻¹ W stays symmetric and positive definite.
 
 use crate::solver::FactorParts;
+use glam::Vec4;
+use half::f16;
 
 /// "None" among steps.
 pub(super) const NONE: u32 = u32::MAX;
@@ -19,7 +21,7 @@ pub(super) struct InverseFactor {
     /// Row i starts here in `values`; one more at the end.
     pub offsets: Vec<usize>,
     /// Columns `first_columns[i] ..= i` of each row i.
-    pub values: Vec<f32>,
+    pub values: Vec<f16>,
 }
 
 impl InverseFactor {
@@ -34,92 +36,68 @@ impl InverseFactor {
         sizes.iter().sum()
     }
 
+    /// Columns side by side: a block of them solves L w = e_j at once. What the block's columns fill beyond the block are the rows of its
+    /// last one, as the subtree of a common ancestor is a run of places.
     pub fn new(factor: &FactorParts<'_>) -> Self {
         let (steps, places) = postorder(factor);
         let count = steps.len();
         let mut parents = vec![NONE; count];
         let mut first_columns: Vec<u32> = (0..count as u32).collect();
-        let mut row_entries = vec![Vec::new(); count];
         for (place, &step) in steps.iter().enumerate() {
-            let column = factor.pattern.column(step as usize);
-            let rows = &factor.pattern.rows[column.clone()];
-            if let Some(&parent) = rows.first() {
+            if let Some(&parent) = factor.pattern.rows[factor.pattern.column(step as usize)].first() {
                 let parent = places[parent as usize];
                 parents[place] = parent;
                 first_columns[parent as usize] = first_columns[parent as usize].min(first_columns[place]);
-            }
-            for (&row, &value) in rows.iter().zip(&factor.values[column]) {
-                row_entries[places[row as usize] as usize].push((place, value));
             }
         }
         let mut offsets = vec![0];
         for (i, &first) in first_columns.iter().enumerate() {
             offsets.push(offsets[i] + i + 1 - first as usize);
         }
-        let mut values = vec![0.0f32; offsets[count]];
-        for i in 0..count {
-            let (earlier, row) = values.split_at_mut(offsets[i]);
-            let row = &mut row[..offsets[i + 1] - offsets[i]];
-            row[i - first_columns[i] as usize] = 1.0;
-            // L W = I by rows: w_i = e_i − Σ l_ik w_k.
-            let first = first_columns[i] as usize;
-            let row_of = |&(k, value): &(usize, f32)| Row {
-                start: first_columns[k] as usize - first,
-                values: &earlier[offsets[k]..offsets[k + 1]],
-                factor: value,
-            };
-            let (fours, rest) = row_entries[i].as_chunks::<4>();
-            fours.iter().for_each(|four| subtract_four(row, four.each_ref().map(row_of)));
-            rest.iter().for_each(|entry| row_of(entry).subtract(row));
+        let mut values = vec![f16::ZERO; offsets[count]];
+        let mut rows = vec![Row::default(); count];
+        for first in (0..count).step_by(LANES) {
+            let last = (first + LANES).min(count) - 1;
+            let mut next = Some(first);
+            while let Some(i) = next {
+                let mut row = std::mem::take(&mut rows[i]);
+                if i <= last {
+                    row.as_mut()[i - first] += 1.0;
+                }
+                let column = factor.pattern.column(steps[i] as usize);
+                for (&below, &value) in factor.pattern.rows[column.clone()].iter().zip(&factor.values[column]) {
+                    rows[places[below as usize] as usize].subtract(value, &row);
+                }
+                let columns = first.max(first_columns[i] as usize)..=last.min(i);
+                let start = offsets[i] + columns.start() - first_columns[i] as usize;
+                for (value, &lane) in
+                    values[start..].iter_mut().zip(&row.as_mut()[columns.start() - first..=columns.end() - first])
+                {
+                    *value = f16::from_f32(lane);
+                }
+                next = if i < last { Some(i + 1) } else { Some(parents[i] as usize).filter(|_| parents[i] != NONE) };
+            }
         }
         Self { steps, parents, first_columns, offsets, values }
     }
 }
 
-/// A row of W and what it is multiplied by.
-#[derive(Clone, Copy)]
-struct Row<'a> {
-    /// Where it begins in the row that it is taken from.
-    start: usize,
-    values: &'a [f32],
-    factor: f32,
-}
+/// Columns that are made together.
+const LANES: usize = 16;
 
-impl<'a> Row<'a> {
-    fn end(&self) -> usize {
-        self.start + self.values.len()
-    }
+/// What is known so far of one row of W in a block of columns.
+#[derive(Clone, Copy, Default)]
+struct Row([Vec4; LANES / 4]);
 
-    /// The part between two places of the row that it is taken from.
-    fn part(&self, start: usize, end: usize) -> Self {
-        let (start, end) = (start.max(self.start), end.min(self.end()));
-        let end = end.max(start);
-        Self { start, values: &self.values[start - self.start..end - self.start], ..*self }
-    }
-
-    fn subtract(&self, from: &mut [f32]) {
-        for (entry, value) in from[self.start..self.end()].iter_mut().zip(self.values) {
-            *entry -= self.factor * value;
+impl Row {
+    fn subtract(&mut self, factor: f32, other: &Self) {
+        for (four, other) in self.0.iter_mut().zip(&other.0) {
+            *four -= *other * factor;
         }
     }
-}
 
-/// Subtracts four rows. Neighbouring steps have nearly the same subtree: where all four overlap, `from` is read and written once.
-fn subtract_four(from: &mut [f32], rows: [Row<'_>; 4]) {
-    let start = rows.iter().map(|row| row.start).fold(0, usize::max);
-    let end = rows.iter().map(Row::end).fold(usize::MAX, usize::min);
-    if start >= end {
-        rows.iter().for_each(|row| row.subtract(from));
-        return;
-    }
-    for row in &rows {
-        row.part(0, start).subtract(from);
-        row.part(end, usize::MAX).subtract(from);
-    }
-    let [a, b, c, d] = rows.map(|row| row.part(start, end));
-    let pairs = a.values.iter().zip(b.values).zip(c.values.iter().zip(d.values));
-    for (entry, ((av, bv), (cv, dv))) in from[start..end].iter_mut().zip(pairs) {
-        *entry -= (a.factor * av + b.factor * bv) + (c.factor * cv + d.factor * dv);
+    fn as_mut(&mut self) -> &mut [f32] {
+        bytemuck::cast_slice_mut(&mut self.0)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The little that this room needs of wgpu: kernels, buffers, and dispatches that are recorded once and run every frame.
 
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use crate::filled_buffer::filled_buffer;
 use wgpu::*;
 
 /// Invocations of a workgroup where a thread does a vertex.
@@ -8,6 +8,13 @@ pub(super) const WORKGROUP: usize = 64;
 
 /// Most workgroups of a dispatch in one dimension, by WebGPU's default limits.
 pub(super) const WORKGROUP_LIMIT: usize = 65_535;
+
+/// A device, and the queue through which its buffers are filled.
+#[derive(Clone)]
+pub(super) struct Gpu {
+    pub device: Device,
+    pub queue: Queue,
+}
 
 /// A WGSL module on a device.
 pub(super) struct Shader<'a> {
@@ -36,7 +43,7 @@ pub(super) struct Dispatch {
 }
 
 impl<'a> Shader<'a> {
-    pub fn new(device: &'a Device, label: &'static str, source: &str) -> Self {
+    pub fn new(Gpu { device, .. }: &'a Gpu, label: &'static str, source: &str) -> Self {
         let descriptor = ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(source.into()) };
         Self { device, module: device.create_shader_module(descriptor), label }
     }
@@ -121,40 +128,28 @@ pub(super) fn numbered<const N: usize>(buffers: [&Buffer; N]) -> [(u32, &Buffer)
     buffers.map(|buffer| (number.next().unwrap_or_default(), buffer))
 }
 
-/// Binding size of no buffer may be zero.
-const SMALLEST_BUFFER: u64 = 16;
-
 /// A storage buffer with room for `bytes`, zeros at first.
-pub(super) fn storage(device: &Device, label: &'static str, bytes: usize) -> Buffer {
-    device.create_buffer(&BufferDescriptor {
+pub(super) fn storage(gpu: &Gpu, label: &'static str, bytes: usize) -> Buffer {
+    gpu.device.create_buffer(&BufferDescriptor {
         label: Some(label),
-        size: (bytes as u64).max(SMALLEST_BUFFER),
+        // Binding size of no buffer may be zero.
+        size: bytes.max(size_of::<[f32; 4]>()) as u64,
         usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
 }
 
 /// A storage buffer of one vector (xyz and an unused number) for each of `count` vertices.
-pub(super) fn vectors(device: &Device, label: &'static str, count: usize) -> Buffer {
-    storage(device, label, count * size_of::<[f32; 4]>())
+pub(super) fn vectors(gpu: &Gpu, label: &'static str, count: usize) -> Buffer {
+    storage(gpu, label, count * size_of::<[f32; 4]>())
 }
 
 /// A storage buffer that holds `items`.
-pub(super) fn storage_of<T: bytemuck::NoUninit>(device: &Device, label: &'static str, items: &[T]) -> Buffer {
-    filled(device, label, bytemuck::cast_slice(items), BufferUsages::STORAGE)
+pub(super) fn storage_of<T: bytemuck::NoUninit>(gpu: &Gpu, label: &'static str, items: &[T]) -> Buffer {
+    filled_buffer(&gpu.device, &gpu.queue, label, bytemuck::cast_slice(items), BufferUsages::STORAGE)
 }
 
 /// A uniform buffer that holds `item`.
-pub(super) fn uniform_of<T: bytemuck::NoUninit>(device: &Device, label: &'static str, item: &T) -> Buffer {
-    filled(device, label, bytemuck::bytes_of(item), BufferUsages::UNIFORM)
-}
-
-fn filled(device: &Device, label: &'static str, bytes: &[u8], usage: BufferUsages) -> Buffer {
-    let usage = usage | BufferUsages::COPY_DST;
-    if bytes.is_empty() {
-        let descriptor =
-            BufferDescriptor { label: Some(label), size: SMALLEST_BUFFER, usage, mapped_at_creation: false };
-        return device.create_buffer(&descriptor);
-    }
-    device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents: bytes, usage })
+pub(super) fn uniform_of<T: bytemuck::NoUninit>(gpu: &Gpu, label: &'static str, item: &T) -> Buffer {
+    filled_buffer(&gpu.device, &gpu.queue, label, bytemuck::bytes_of(item), BufferUsages::UNIFORM)
 }

@@ -1,12 +1,12 @@
 //! The preconditioner: one V-cycle, the same as the CPU's (`solver::multigrid`).
 
 use super::coarse_solve::GpuCoarseSolve;
-use super::kernel::{Dispatch, vectors};
+use super::kernel::{Dispatch, Gpu, vectors};
 use super::normal_operator::{GpuOperator, OperatorKernels};
-use super::sparse::{GpuMatrix, SparseKernels, stencils};
+use super::sparse::{GpuMatrix, LoopMatrices, SparseKernels, stencils};
 use crate::mesh::{Scheme, Subdivision};
 use crate::solver::{LevelParts, Solver};
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// A level above the coarsest.
 pub(super) struct GpuLevel {
@@ -14,75 +14,83 @@ pub(super) struct GpuLevel {
     prolongation: GpuMatrix,
     restriction: GpuMatrix,
     steps: usize,
-    residual: Buffer,
-    /// The next coarser level's right side and solution.
-    coarse_side: Buffer,
-    coarse_correction: Buffer,
+}
+
+/// What a cycle works on, on one level. Whoever starts one there may use the fields for what is over before or after it.
+pub(super) struct LevelFields {
+    pub side: Buffer,
+    pub correction: Buffer,
+    pub residual: Buffer,
 }
 
 /// Levels above the coarsest, finest first, and the solve there.
 pub(super) struct GpuMultigrid {
     pub levels: Vec<GpuLevel>,
+    /// Of each level and of the coarsest.
+    pub fields: Vec<LevelFields>,
     coarse_solve: GpuCoarseSolve,
     sparse: SparseKernels,
 }
 
 impl GpuLevel {
-    fn new(device: &Device, level: &LevelParts<'_>, subdivision: &Subdivision, index: usize) -> Self {
-        let prolongation = stencils(subdivision, Scheme::Loop, index - 1);
-        let coarse = |label| vectors(device, label, subdivision.vertex_count(index - 1));
+    fn new(gpu: &Gpu, level: &LevelParts<'_>, loops: &LoopMatrices, subdivision: &Subdivision, index: usize) -> Self {
+        let restriction = stencils(subdivision, Scheme::Loop, index - 1).transposed();
         Self {
-            operator: GpuOperator::new(device, &level.operator, level.scaling, level.weights, subdivision, index),
-            prolongation: GpuMatrix::new(device, &prolongation),
-            restriction: GpuMatrix::new(device, &prolongation.transposed()),
+            operator: GpuOperator::new(gpu, &level.operator, level.scaling, level.weights, subdivision, index),
+            prolongation: loops.upwards(index - 1).clone(),
+            restriction: GpuMatrix::new(gpu, &restriction),
             steps: level.steps,
-            residual: vectors(device, "multigrid: residual", subdivision.vertex_count(index)),
-            coarse_side: coarse("multigrid: right side"),
-            coarse_correction: coarse("multigrid: correction"),
+        }
+    }
+}
+
+impl LevelFields {
+    fn new(gpu: &Gpu, vertex_count: usize) -> Self {
+        let field = |label| vectors(gpu, label, vertex_count);
+        Self {
+            side: field("multigrid: right side"),
+            correction: field("multigrid: correction"),
+            residual: field("multigrid: residual"),
         }
     }
 }
 
 impl GpuMultigrid {
-    pub fn new(device: &Device, solver: &Solver, subdivision: &Subdivision) -> Self {
+    pub fn new(gpu: &Gpu, solver: &Solver, subdivision: &Subdivision, loops: &LoopMatrices) -> Self {
         let finest = subdivision.level_count();
         let levels = solver.level_parts().enumerate();
+        let fields = (0..=finest).rev().map(|level| LevelFields::new(gpu, subdivision.vertex_count(level)));
         Self {
-            levels: levels.map(|(i, level)| GpuLevel::new(device, &level, subdivision, finest - i)).collect(),
-            coarse_solve: GpuCoarseSolve::new(device, &solver.factor_parts()),
-            sparse: SparseKernels::new(device),
+            levels: levels.map(|(i, level)| GpuLevel::new(gpu, &level, loops, subdivision, finest - i)).collect(),
+            fields: fields.collect(),
+            coarse_solve: GpuCoarseSolve::new(gpu, &solver.factor_parts()),
+            sparse: SparseKernels::new(gpu),
         }
     }
 
-    /// correction = M⁻¹ side, on the level `first` levels below the finest.
-    pub fn cycle(&self, kernels: &OperatorKernels, first: usize, side: &Buffer, correction: &Buffer) -> Vec<Dispatch> {
+    /// Leaves M⁻¹ side in the correction, both of the level that is `first` levels below the finest.
+    pub fn cycle(&self, kernels: &OperatorKernels, first: usize) -> Vec<Dispatch> {
         let mut dispatches = Vec::new();
-        self.descend(kernels, &self.levels[first..], side, correction, &mut dispatches);
+        self.descend(kernels, first, &mut dispatches);
         dispatches
     }
 
-    fn descend(
-        &self,
-        kernels: &OperatorKernels,
-        levels: &[GpuLevel],
-        side: &Buffer,
-        correction: &Buffer,
-        out: &mut Vec<Dispatch>,
-    ) {
-        let Some((level, coarser)) = levels.split_first() else {
+    fn descend(&self, kernels: &OperatorKernels, index: usize, out: &mut Vec<Dispatch>) {
+        let LevelFields { side, correction, residual } = &self.fields[index];
+        let Some(GpuLevel { operator, prolongation, restriction, steps }) = self.levels.get(index) else {
             out.extend(self.coarse_solve.solve(side, correction));
             return;
         };
-        let GpuLevel { operator, residual, coarse_side, coarse_correction, steps, .. } = level;
+        let coarse = &self.fields[index + 1];
         out.push(operator.smooth_first(kernels, side, correction));
         out.extend(operator.residual(kernels, correction, side, residual));
         for _ in 1..*steps {
             out.push(operator.smooth_more(kernels, residual, correction));
             out.extend(operator.residual(kernels, correction, side, residual));
         }
-        out.push(self.sparse.apply(&level.restriction, residual, coarse_side));
-        self.descend(kernels, coarser, coarse_side, coarse_correction, out);
-        out.push(self.sparse.add(&level.prolongation, coarse_correction, correction));
+        out.push(self.sparse.apply(restriction, residual, &coarse.side));
+        self.descend(kernels, index + 1, out);
+        out.push(self.sparse.add(prolongation, &coarse.correction, correction));
         for _ in 0..*steps {
             out.extend(operator.residual(kernels, correction, side, residual));
             out.push(operator.smooth_more(kernels, residual, correction));

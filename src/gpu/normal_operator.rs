@@ -1,12 +1,12 @@
 //! A = c LᵀL + BᵀB on one level, and its smoother.
 
-use super::kernel::{Dispatch, Kernel, Shader, storage_of, uniform_of, vectors};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, storage_of, uniform_of, vectors};
 use super::sparse::entries;
 use super::topology::GpuRings;
 use crate::mesh::{Adjacency, Subdivision};
 use crate::solver::OperatorParts;
 use crate::wgsl::wgsl;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("normal_operator.wgsl"));
@@ -33,8 +33,8 @@ pub(super) struct GpuOperator {
 }
 
 impl OperatorKernels {
-    pub fn new(device: &Device) -> Self {
-        let shader = Shader::new(device, "normal operator", SOURCE);
+    pub fn new(gpu: &Gpu) -> Self {
+        let shader = Shader::new(gpu, "normal operator", SOURCE);
         let [halfway, product, residual, right_side, smooth_first, smooth_more] =
             ["halfway", "product", "residual", "right_side", "smooth_first", "smooth_more"]
                 .map(|entry| shader.kernel(entry));
@@ -45,7 +45,7 @@ impl OperatorKernels {
 impl GpuOperator {
     /// The operator of `level`; `scaling` and `weights` are the smoother's a, α and β.
     pub fn new(
-        device: &Device,
+        gpu: &Gpu,
         operator: &OperatorParts<'_>,
         scaling: &[f32],
         weights: [f32; 2],
@@ -55,12 +55,12 @@ impl GpuOperator {
         let vertex_count = subdivision.vertex_count(level);
         let anchors = operator.anchors.transposed().times(operator.anchors);
         Self {
-            level: uniform_of(device, "operator", &[operator.scale, weights[0], weights[1], 0.0]),
-            rings: GpuRings::new(device, &Adjacency::new(vertex_count, subdivision.triangles(level))),
-            anchor_offsets: storage_of(device, "operator: anchors' offsets", &anchors.offsets),
-            anchor_entries: storage_of(device, "operator: anchors", &entries(&anchors)),
-            scaling: storage_of(device, "operator: scaling", scaling),
-            middle: vectors(device, "operator: middle", vertex_count),
+            level: uniform_of(gpu, "operator", &[operator.scale, weights[0], weights[1], 0.0]),
+            rings: GpuRings::new(gpu, &Adjacency::new(vertex_count, subdivision.triangles(level))),
+            anchor_offsets: storage_of(gpu, "operator: anchors' offsets", &anchors.offsets),
+            anchor_entries: storage_of(gpu, "operator: anchors", &entries(&anchors)),
+            scaling: storage_of(gpu, "operator: scaling", scaling),
+            middle: vectors(gpu, "operator: middle", vertex_count),
             vertex_count,
         }
     }

@@ -1,11 +1,11 @@
 //! Plain multilayer perceptrons: tiled matrix products, batch of vertices by batch.
 
-use super::kernel::{Dispatch, Shader, storage, storage_of, uniform_of};
+use super::kernel::{Dispatch, Gpu, Shader, storage, storage_of, uniform_of};
 use crate::network::{Domain, Mlp};
 use crate::pose_feature::PoseMask;
 use crate::wgsl::wgsl;
 use half::f16;
-use wgpu::{Buffer, BufferBinding, Device, Features};
+use wgpu::{Buffer, BufferBinding, Features};
 
 /// WGSL of the pass where numbers of 16 bits are at hand.
 pub(super) const HALF_SOURCE: &str =
@@ -60,9 +60,9 @@ pub(super) fn operations(mlp: &Mlp, vertex_count: usize) -> u64 {
 }
 
 /// Evaluates `mlp` into `values`, one vector for each vertex of `domain`.
-pub(super) fn evaluate(device: &Device, mlp: &Mlp, domain: &Domain, frame: &Buffer, values: &Buffer) -> Vec<Dispatch> {
-    let real = Real { is_half: device.features().contains(Features::SHADER_F16) };
-    let shader = Shader::new(device, "perceptron", if real.is_half { HALF_SOURCE } else { SINGLE_SOURCE });
+pub(super) fn evaluate(gpu: &Gpu, mlp: &Mlp, domain: &Domain, frame: &Buffer, values: &Buffer) -> Vec<Dispatch> {
+    let real = Real { is_half: gpu.device.features().contains(Features::SHADER_F16) };
+    let shader = Shader::new(gpu, "perceptron", if real.is_half { HALF_SOURCE } else { SINGLE_SOURCE });
     let vertex_count = domain.canonical.len();
     let row_count = vertex_count.next_multiple_of(ROWS).min(BATCH);
     let padded_count = vertex_count.next_multiple_of(row_count);
@@ -72,17 +72,16 @@ pub(super) fn evaluate(device: &Device, mlp: &Mlp, domain: &Domain, frame: &Buff
     let mut points: Vec<[f32; 4]> = domain.canonical.iter().map(|point| point.extend(0.0).to_array()).collect();
     points.resize(padded_count, [0.0; 4]);
     let (points, mask_rows) =
-        (storage_of(device, "perceptron: points", &points), storage_of(device, "perceptron: masks", &mask_rows));
-    let no_rows = storage(device, "perceptron: no masks", row_count * size_of::<u32>());
+        (storage_of(gpu, "perceptron: points", &points), storage_of(gpu, "perceptron: masks", &mask_rows));
+    let no_rows = storage(gpu, "perceptron: no masks", row_count * size_of::<u32>());
 
-    let layers: Vec<GpuLayer> = (0..mlp.layers.len())
-        .map(|index| GpuLayer::new(device, mlp, index, row_count, distinct.len(), &real))
-        .collect();
+    let layers: Vec<GpuLayer> =
+        (0..mlp.layers.len()).map(|index| GpuLayer::new(gpu, mlp, index, row_count, distinct.len(), &real)).collect();
     let widest = layers.iter().map(|layer| layer.output_count).max().unwrap_or(0);
     let widest = widest.max(mlp.encoding.length().next_multiple_of(INPUTS));
-    let activations = ["a", "b"].map(|_| storage(device, "perceptron: activations", widest * row_count * real.size()));
+    let activations = ["a", "b"].map(|_| storage(gpu, "perceptron: activations", widest * row_count * real.size()));
 
-    let mut dispatches = vec![pose_biases(device, &shader, mlp, &distinct, &layers[0], frame)];
+    let mut dispatches = vec![pose_biases(gpu, &shader, mlp, &distinct, &layers[0], frame)];
     let [encode, hidden, last] = ["encode", "hidden", "last"].map(|entry| shader.kernel(entry));
     for first in (0..padded_count).step_by(row_count) {
         let batch = Batch { first, row_count, vertex_count: row_count.min(vertex_count - first) };
@@ -152,7 +151,7 @@ fn mask_rows(masks: &[PoseMask]) -> (Vec<u32>, Vec<u32>) {
 
 /// θ̄'s share of the first layer, for each mask that occurs.
 fn pose_biases(
-    device: &Device,
+    gpu: &Gpu,
     shader: &Shader<'_>,
     mlp: &Mlp,
     distinct: &[u32],
@@ -169,9 +168,9 @@ fn pose_biases(
         &[
             (0, frame),
             (1, &first.sizes),
-            (2, &storage_of(device, "perceptron: distinct masks", distinct)),
-            (3, &storage_of(device, "perceptron: weight of the pose", &weight)),
-            (4, &storage_of(device, "perceptron: bias", &bias)),
+            (2, &storage_of(gpu, "perceptron: distinct masks", distinct)),
+            (3, &storage_of(gpu, "perceptron: weight of the pose", &weight)),
+            (4, &storage_of(gpu, "perceptron: bias", &bias)),
             (5, &first.bias),
         ],
     )
@@ -189,7 +188,7 @@ fn transposed(weight: &[f32], stride: usize, columns: std::ops::Range<usize>, pa
 }
 
 impl GpuLayer {
-    fn new(device: &Device, mlp: &Mlp, index: usize, row_count: usize, mask_count: usize, real: &Real) -> Self {
+    fn new(gpu: &Gpu, mlp: &Mlp, index: usize, row_count: usize, mask_count: usize, real: &Real) -> Self {
         let layer = &mlp.layers[index];
         let is_last = index + 1 == mlp.layers.len();
         let used = if index == 0 { mlp.encoding.length() } else { layer.input_count() };
@@ -208,18 +207,18 @@ impl GpuLayer {
         let mut weight = transposed(&layer.weight, layer.input_count(), 0..used, stride);
         weight.resize(input_count * stride, 0.0);
         let bias = if index == 0 {
-            storage(device, "perceptron: bias of each mask", mask_count * output_count * size_of::<f32>())
+            storage(gpu, "perceptron: bias of each mask", mask_count * output_count * size_of::<f32>())
         } else {
             let mut bias = layer.bias.clone();
             bias.resize(output_count, 0.0);
-            storage_of(device, "perceptron: bias", &bias)
+            storage_of(gpu, "perceptron: bias", &bias)
         };
         let weight = if is_last {
-            storage_of(device, "perceptron: weight", &weight)
+            storage_of(gpu, "perceptron: weight", &weight)
         } else {
-            storage_of(device, "perceptron: weight", &real.bytes(&weight))
+            storage_of(gpu, "perceptron: weight", &real.bytes(&weight))
         };
-        Self { sizes: uniform_of(device, "perceptron: layer", &sizes), weight, bias, output_count }
+        Self { sizes: uniform_of(gpu, "perceptron: layer", &sizes), weight, bias, output_count }
     }
 }
 

@@ -1,9 +1,9 @@
 //! What each row of the reconstruction lacks, in metres: row scales times δ, less the base's own Laplacian in the absolute form.
 
-use super::kernel::{Dispatch, Kernel, Shader, numbered};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, numbered};
 use super::topology::{GpuCorners, GpuRings};
 use crate::wgsl::wgsl;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("residual.wgsl"));
@@ -12,8 +12,8 @@ pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("
 pub(super) struct ResidualKernel(Kernel);
 
 impl ResidualKernel {
-    pub fn new(device: &Device) -> Self {
-        Self(Shader::new(device, "residual", SOURCE).kernel("row_residual"))
+    pub fn new(gpu: &Gpu) -> Self {
+        Self(Shader::new(gpu, "residual", SOURCE).kernel("row_residual"))
     }
 
     /// r from base mesh and posed δ, all on one level with its `vertex_count` vertices.

@@ -1,18 +1,18 @@
 //! Turning δ from the rest pose's frame into the posed one.
 
-use super::kernel::{Dispatch, Shader, storage_of};
+use super::kernel::{Dispatch, Gpu, Shader, storage_of};
 use super::sparse::{entries, stencils};
 use crate::body::Skin;
 use crate::mesh::{Scheme, SparseMatrix, Subdivision};
 use crate::wgsl::wgsl;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("rotation.wgsl"));
 
 /// Turns `vectors`, one for each vertex of `level`, in place.
 pub(super) fn rotate(
-    device: &Device,
+    gpu: &Gpu,
     skin: &Skin,
     subdivision: &Subdivision,
     level: usize,
@@ -20,12 +20,12 @@ pub(super) fn rotate(
     vectors: &Buffer,
 ) -> Dispatch {
     let influences = influences(skin, subdivision, level);
-    Shader::new(device, "rotation", SOURCE).kernel("rotate").over(
+    Shader::new(gpu, "rotation", SOURCE).kernel("rotate").over(
         subdivision.vertex_count(level),
         &[
             (0, frame),
-            (1, &storage_of(device, "rotation: offsets", &influences.offsets)),
-            (2, &storage_of(device, "rotation: influences", &entries(&influences))),
+            (1, &storage_of(gpu, "rotation: offsets", &influences.offsets)),
+            (2, &storage_of(gpu, "rotation: influences", &entries(&influences))),
             (3, vectors),
         ],
     )

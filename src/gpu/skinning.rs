@@ -1,10 +1,10 @@
 //! Level 0 of the base: rest pose, offsets and pose blend shapes, skinned.
 
-use super::kernel::{Dispatch, Shader, storage_of};
+use super::kernel::{Dispatch, Gpu, Shader, storage_of};
 use crate::body::Rig;
 use crate::wgsl::wgsl;
 use glam::Vec3A;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("skinning.wgsl"));
@@ -19,7 +19,7 @@ struct Vertex {
 }
 
 /// Poses the vertices of level 0 into `positions`; `offsets` has one vector for each.
-pub(super) fn pose(device: &Device, rig: &Rig, frame: &Buffer, offsets: &Buffer, positions: &Buffer) -> Dispatch {
+pub(super) fn pose(gpu: &Gpu, rig: &Rig, frame: &Buffer, offsets: &Buffer, positions: &Buffer) -> Dispatch {
     let vertices: Vec<Vertex> = (rig.rest.iter().zip(&rig.skin.joints).zip(&rig.skin.weights))
         .map(|((rest, &joints), &weights)| Vertex {
             rest: rest.to_array(),
@@ -29,13 +29,13 @@ pub(super) fn pose(device: &Device, rig: &Rig, frame: &Buffer, offsets: &Buffer,
         .collect();
     let directions: Vec<[f32; 3]> =
         rig.pose_directions.iter().flatten().flatten().map(|direction: &Vec3A| direction.to_array()).collect();
-    Shader::new(device, "skinning", SOURCE).kernel("skin").over(
+    Shader::new(gpu, "skinning", SOURCE).kernel("skin").over(
         vertices.len(),
         &[
             (0, frame),
-            (1, &storage_of(device, "skinning: vertices", &vertices)),
+            (1, &storage_of(gpu, "skinning: vertices", &vertices)),
             (2, offsets),
-            (3, &storage_of(device, "skinning: pose directions", &directions)),
+            (3, &storage_of(gpu, "skinning: pose directions", &directions)),
             (4, positions),
         ],
     )

@@ -1,9 +1,9 @@
 //! Sparse matrices on the GPU: subdivision, restriction, prolongation.
 
-use super::kernel::{Dispatch, Kernel, Shader, numbered, storage_of};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, numbered, storage_of};
 use crate::mesh::{Scheme, SparseMatrix, Subdivision};
 use crate::wgsl::wgsl;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("sparse.wgsl"));
@@ -15,6 +15,7 @@ pub(super) struct SparseKernels {
 }
 
 /// A matrix in GPU buffers.
+#[derive(Clone)]
 pub(super) struct GpuMatrix {
     offsets: Buffer,
     entries: Buffer,
@@ -22,12 +23,27 @@ pub(super) struct GpuMatrix {
 }
 
 impl GpuMatrix {
-    pub fn new(device: &Device, matrix: &SparseMatrix) -> Self {
+    pub fn new(gpu: &Gpu, matrix: &SparseMatrix) -> Self {
         Self {
-            offsets: storage_of(device, "matrix: offsets", &matrix.offsets),
-            entries: storage_of(device, "matrix: entries", &entries(matrix)),
+            offsets: storage_of(gpu, "matrix: offsets", &matrix.offsets),
+            entries: storage_of(gpu, "matrix: entries", &entries(matrix)),
             row_count: matrix.row_count(),
         }
+    }
+}
+
+/// Loop's stencils between all levels: they refine δ and the displacement, and lead up from the solver's coarser levels.
+pub(super) struct LoopMatrices(Vec<GpuMatrix>);
+
+impl LoopMatrices {
+    pub fn new(gpu: &Gpu, subdivision: &Subdivision) -> Self {
+        let levels = 0..subdivision.level_count();
+        Self(levels.map(|level| GpuMatrix::new(gpu, &stencils(subdivision, Scheme::Loop, level))).collect())
+    }
+
+    /// From `level` to the next.
+    pub fn upwards(&self, level: usize) -> &GpuMatrix {
+        &self.0[level]
     }
 }
 
@@ -50,8 +66,8 @@ pub(super) fn stencils(subdivision: &Subdivision, scheme: Scheme, level: usize) 
 }
 
 impl SparseKernels {
-    pub fn new(device: &Device) -> Self {
-        let shader = Shader::new(device, "sparse", SOURCE);
+    pub fn new(gpu: &Gpu) -> Self {
+        let shader = Shader::new(gpu, "sparse", SOURCE);
         Self { apply: shader.kernel("apply"), add: shader.kernel("add") }
     }
 

@@ -1,9 +1,9 @@
 //! The last pass: positions and normals, as the renderer's vertex buffer has them.
 
-use super::kernel::{Dispatch, Kernel, Shader, front, whole};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, front, whole};
 use super::topology::GpuCorners;
 use crate::wgsl::wgsl;
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// WGSL of the pass.
 pub(super) const SOURCE: &str = wgsl!(include_str!("frame.wgsl"), include_str!("surface.wgsl"));
@@ -15,8 +15,8 @@ const VERTEX_BYTES: u64 = 16;
 pub(super) struct SurfaceKernel(Kernel);
 
 impl SurfaceKernel {
-    pub fn new(device: &Device) -> Self {
-        Self(Shader::new(device, "surface", SOURCE).kernel("surface"))
+    pub fn new(gpu: &Gpu) -> Self {
+        Self(Shader::new(gpu, "surface", SOURCE).kernel("surface"))
     }
 
     /// Writes the first `vertex_count` of `vertices`, and to `nowhere` how many of them have no place.

@@ -1,8 +1,8 @@
 //! Who is whose neighbour on a level, in GPU buffers.
 
-use super::kernel::storage_of;
+use super::kernel::{Gpu, storage_of};
 use crate::mesh::{Adjacency, Triangle};
-use wgpu::{Buffer, Device};
+use wgpu::Buffer;
 
 /// Neighbours of each vertex in compressed rows.
 #[derive(Clone)]
@@ -18,16 +18,16 @@ pub(super) struct GpuCorners {
 }
 
 impl GpuRings {
-    pub fn new(device: &Device, adjacency: &Adjacency) -> Self {
+    pub fn new(gpu: &Gpu, adjacency: &Adjacency) -> Self {
         Self {
-            offsets: storage_of(device, "rings: offsets", &adjacency.offsets),
-            neighbours: storage_of(device, "rings: neighbours", &adjacency.neighbours),
+            offsets: storage_of(gpu, "rings: offsets", &adjacency.offsets),
+            neighbours: storage_of(gpu, "rings: neighbours", &adjacency.neighbours),
         }
     }
 }
 
 impl GpuCorners {
-    pub fn new(device: &Device, vertex_count: usize, triangles: &[Triangle]) -> Self {
+    pub fn new(gpu: &Gpu, vertex_count: usize, triangles: &[Triangle]) -> Self {
         let mut offsets = vec![0u32; vertex_count + 1];
         for &corner in triangles.as_flattened() {
             offsets[corner as usize + 1] += 1;
@@ -44,9 +44,6 @@ impl GpuCorners {
                 *at += 1;
             }
         }
-        Self {
-            offsets: storage_of(device, "corners: offsets", &offsets),
-            corners: storage_of(device, "corners", &corners),
-        }
+        Self { offsets: storage_of(gpu, "corners: offsets", &offsets), corners: storage_of(gpu, "corners", &corners) }
     }
 }

@@ -5,8 +5,8 @@ use super::drawn_surface::{DrawnSurface, DrawnVertex, edges};
 use super::scene::Scene;
 use super::surface_vertex::SurfaceVertex;
 use super::{shader_sources, targets};
+use crate::filled_buffer::filled_buffer;
 use std::mem::offset_of;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::*;
 
 /// Attributes of a [`DrawnVertex`], in its order.
@@ -79,14 +79,13 @@ impl Figure {
     /// `vertex_count` is the body's, on the finest level.
     pub fn new(
         device: &Device,
+        queue: &Queue,
         layout: &BindGroupLayout,
         surface: &DrawnSurface,
         vertex_count: usize,
         albedo: &Albedo,
     ) -> Self {
-        let buffer = |label, contents, usage| {
-            device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
-        };
+        let buffer = |label, contents, usage| filled_buffer(device, queue, label, contents, usage);
         let vertices = device.create_buffer(&BufferDescriptor {
             label: Some("figure: vertices of the frame"),
             size: (vertex_count * size_of::<SurfaceVertex>()) as u64,
@@ -112,13 +111,11 @@ impl Figure {
     }
 
     /// Makes the edges of `surface`, the figure's, ready to draw.
-    pub fn set_lines(&mut self, device: &Device, surface: &DrawnSurface) {
+    pub fn set_lines(&mut self, device: &Device, queue: &Queue, surface: &DrawnSurface) {
         let lines = surface.levels.iter().map(|triangles| {
             let edges = edges(triangles);
             let contents = bytemuck::cast_slice(&edges);
-            let usage = BufferUsages::INDEX;
-            let indices =
-                device.create_buffer_init(&BufferInitDescriptor { label: Some("figure: edges"), contents, usage });
+            let indices = filled_buffer(device, queue, "figure: edges", contents, BufferUsages::INDEX);
             (indices, 2 * edges.len() as u32)
         });
         self.lines = lines.collect();

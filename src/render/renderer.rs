@@ -58,7 +58,7 @@ impl Renderer {
             backdrop: Backdrop::new(&device, &globals_layout, format),
             figure_pipeline,
             line_pipeline,
-            figure: Figure::new(&device, &figure_layout, surface, vertex_count, &albedo),
+            figure: Figure::new(&device, &queue, &figure_layout, surface, vertex_count, &albedo),
             albedo_bytes: texture_bytes(albedo.view.texture()),
             targets: None,
             device,
@@ -84,7 +84,7 @@ impl Renderer {
 
     /// Makes the edges of `surface`, the one that is drawn, ready to draw.
     pub fn set_lines(&mut self, surface: &DrawnSurface) {
-        self.figure.set_lines(&self.device, surface);
+        self.figure.set_lines(&self.device, &self.queue, surface);
     }
 
     /// The buffer that the figure is drawn from: 16 bytes a vertex, position and octahedral normal. Whoever fills it on the GPU tells

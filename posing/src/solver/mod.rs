@@ -43,7 +43,8 @@ pub enum Start {
     Earlier,
 }
 
-/// Everything that solving needs and that no frame changes, and its working space.
+/// Everything that solving needs and that no frame changes, and its working space, which the first solve makes: a solver whose work a GPU
+/// does takes no memory for it.
 #[derive(Clone, Debug)]
 pub struct Solver {
     /// Of the levels on which one can solve, finest first.
@@ -96,15 +97,14 @@ impl Solver {
             }
             stencils.push(below.clone());
         }
-        let zeros = vec![Vec3A::ZERO; vertex_count];
         Ok(Self {
             preconditioner: Multigrid::new(&mut operators, &stencils, coarsest, subdivision.vertex_count(0)),
             operators,
             history: History::default(),
-            right_side: zeros.clone(),
-            residual: zeros.clone(),
-            direction: zeros.clone(),
-            product: zeros,
+            right_side: Vec::new(),
+            residual: Vec::new(),
+            direction: Vec::new(),
+            product: Vec::new(),
         })
     }
 
@@ -138,10 +138,13 @@ impl Solver {
     pub fn solve(&mut self, level: usize, r: &[Vec3A], d: &mut [Vec3A], start: Start, stop: Stop) -> u32 {
         let index = self.finest_level() - level;
         let Self { operators, preconditioner, history, right_side, residual, direction, product } = self;
+        let largest = operators[0].vertex_count();
         let operators = &mut operators[index..];
         let count = operators[0].vertex_count();
-        let [right_side, residual, direction, product] =
-            [right_side, residual, direction, product].map(|v| &mut v[..count]);
+        let [right_side, residual, direction, product] = [right_side, residual, direction, product].map(|v| {
+            v.resize(largest, Vec3A::ZERO);
+            &mut v[..count]
+        });
         operators[0].right_side(r, right_side);
         residual.copy_from_slice(right_side);
         if start == Start::Base {

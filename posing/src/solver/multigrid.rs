@@ -19,6 +19,7 @@ pub(super) struct Level {
     stencils: Arc<LoopStencils>,
     /// Smoothing steps before and after the coarser level.
     pub steps: usize,
+    /// Room for a cycle, made by the first one.
     residual: Vec<Vec3A>,
     correction: Vec<Vec3A>,
     /// What the coarser level is to solve.
@@ -51,28 +52,31 @@ impl Level {
         let square = operator.scale * LARGEST_EIGENVALUE * LARGEST_EIGENVALUE;
         let weights = [constant / square, linear / (LARGEST_EIGENVALUE * square)];
         let largest = largest_eigenvalue(operator, &scaling, weights);
-        let zeros = vec![Vec3A::ZERO; operator.vertex_count()];
+        operator.give_room_back();
         Self {
             weights: weights.map(|weight| weight * (STABLE / largest).min(1.0)),
             scaling,
             steps: if is_finest { 1 } else { COARSE_STEPS },
-            residual: zeros.clone(),
-            correction: zeros,
-            coarse_side: vec![Vec3A::ZERO; stencils.coarse_count()],
+            residual: Vec::new(),
+            correction: Vec::new(),
+            coarse_side: Vec::new(),
             stencils,
         }
     }
 
     /// Smooths A correction = `side` from zero and hands what is left down.
     fn smooth_first(&mut self, operator: &mut NormalOperator, side: &[Vec3A]) {
-        let Self { scaling, weights, residual, correction, .. } = self;
+        let Self { scaling, weights, residual, correction, coarse_side, stencils, .. } = self;
+        residual.resize(side.len(), Vec3A::ZERO);
+        correction.resize(side.len(), Vec3A::ZERO);
+        coarse_side.resize(stencils.coarse_count(), Vec3A::ZERO);
         operator.smoothed(scaling, *weights, side, correction);
         operator.residual(correction, side, residual);
         for _ in 1..self.steps {
             operator.add_smoothed(scaling, *weights, residual, correction);
             operator.residual(correction, side, residual);
         }
-        self.stencils.apply_transposed(residual, &mut self.coarse_side);
+        stencils.apply_transposed(residual, coarse_side);
     }
 
     /// Adds the coarser level's correction and smooths.

@@ -19,14 +19,19 @@ pub struct NormalOperator {
     pub scale: f32,
     /// B
     pub anchors: SparseMatrix,
-    /// What the second pass reads.
+    /// What the second pass reads; made by the first product.
     middle: Vec<Vec3A>,
 }
 
 impl NormalOperator {
     pub(crate) fn new(rings: Arc<Rings>, scale: f32, anchors: SparseMatrix) -> Self {
         let reciprocal_valences: Vec<f32> = rings.valences().into_iter().map(reciprocal_valence).collect();
-        Self { middle: vec![Vec3A::ZERO; reciprocal_valences.len()], rings, reciprocal_valences, scale, anchors }
+        Self { middle: Vec::new(), rings, reciprocal_valences, scale, anchors }
+    }
+
+    /// Frees what products work in; the next one makes it again.
+    pub(super) fn give_room_back(&mut self) {
+        self.middle = Vec::new();
     }
 
     pub fn vertex_count(&self) -> usize {
@@ -88,6 +93,7 @@ impl NormalOperator {
         combine: impl Fn(Vec3A, Vec3A) -> Vec3A,
     ) {
         let Self { rings, reciprocal_valences, middle, .. } = self;
+        middle.resize(reciprocal_valences.len(), Vec3A::ZERO);
         for ((middle, &r), &a) in middle.iter_mut().zip(r).zip(a) {
             *middle = r * a;
         }
@@ -102,6 +108,7 @@ impl NormalOperator {
 
     /// out = c Lᵀ r.
     pub fn right_side(&mut self, r: &[Vec3A], out: &mut [Vec3A]) {
+        self.middle.resize(self.reciprocal_valences.len(), Vec3A::ZERO);
         for ((middle, &r), &reciprocal) in self.middle.iter_mut().zip(r).zip(&self.reciprocal_valences) {
             *middle = r * (self.scale * reciprocal);
         }
@@ -130,6 +137,7 @@ impl NormalOperator {
     /// middle = c N⁻² K x.
     fn halfway(&mut self, x: &[Vec3A]) {
         let Self { rings, reciprocal_valences, scale, middle, .. } = self;
+        middle.resize(reciprocal_valences.len(), Vec3A::ZERO);
         let weight = |reciprocal: f32| *scale * reciprocal * reciprocal;
         for ((middle, sum), &reciprocal) in middle.iter_mut().zip(rings.differences(x)).zip(&*reciprocal_valences) {
             *middle = sum * weight(reciprocal);

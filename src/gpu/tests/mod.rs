@@ -6,19 +6,12 @@ mod shaders;
 mod solver_passes;
 
 use super::GpuAnimator;
-use super::kernel::{Dispatch, storage};
+use super::kernel::{Dispatch, Gpu, storage, vectors};
 use glam::Vec3A;
 use std::sync::OnceLock;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::*;
 
-/// A device for all tests of this process.
-pub(super) struct Gpu {
-    pub device: Device,
-    pub queue: Queue,
-}
-
-/// The machine's GPU, or else a software one. Never skipped: without an adapter the test fails and says what to do.
+/// The machine's GPU, or else a software one, for all tests of this process. Never skipped: without an adapter the test fails and says what to do.
 pub(super) fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| {
@@ -40,10 +33,15 @@ pub(super) fn gpu() -> &'static Gpu {
 impl Gpu {
     /// A storage buffer of vectors.
     pub fn vectors(&self, values: &[Vec3A]) -> Buffer {
+        let buffer = vectors(self, "vectors", values.len());
+        self.write(&buffer, values);
+        buffer
+    }
+
+    /// Puts vectors into a buffer.
+    pub fn write(&self, buffer: &Buffer, values: &[Vec3A]) {
         let padded: Vec<[f32; 4]> = values.iter().map(|value| value.extend(0.0).to_array()).collect();
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-        let contents = bytemuck::cast_slice(&padded);
-        self.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
+        self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&padded));
     }
 
     /// A storage buffer for `count` vectors, which begins with numbers that no pass may leave there.
@@ -81,7 +79,7 @@ impl Gpu {
 
     /// A buffer for drawn vertices.
     pub fn vertices(&self, count: usize) -> Buffer {
-        storage(&self.device, "vertices", 16 * count)
+        storage(self, "vertices", 16 * count)
     }
 }
 

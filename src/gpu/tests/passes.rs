@@ -24,7 +24,7 @@ use wgpu::Buffer;
 const ROUNDING: f32 = 2e-6;
 
 fn frame_of(gpu: &Gpu, avatar: &Avatar, pose: &Pose, options: &Options) -> Buffer {
-    uniform_of(&gpu.device, "frame", &Frame::new(avatar, pose, options))
+    uniform_of(gpu, "frame", &Frame::new(avatar, pose, options))
 }
 
 fn assert_close(found: &[Vec3A], expected: &[Vec3A], tolerance: f32, what: &str) {
@@ -40,8 +40,8 @@ fn evaluations(function: &SurfaceFunction, avatar: &Avatar, domain: &Domain) -> 
     let count = domain.canonical.len();
     let values = gpu.empty(count);
     let dispatches = match function {
-        SurfaceFunction::Mlp(mlp) => perceptron::evaluate(&gpu.device, mlp, domain, &frame, &values),
-        SurfaceFunction::Compact(tables) => compact::evaluate(&gpu.device, tables, 24, &frame, &values, count),
+        SurfaceFunction::Mlp(mlp) => perceptron::evaluate(gpu, mlp, domain, &frame, &values),
+        SurfaceFunction::Compact(tables) => compact::evaluate(gpu, tables, 24, &frame, &values, count),
     };
     let mut expected = vec![Vec3A::ZERO; count];
     function.evaluate_lively(domain, &bent_pose(), options.liveliness, &mut Scratch::default(), &mut expected);
@@ -138,7 +138,7 @@ fn skinning_with_offsets_and_pose_blend_shapes() {
     for (stage, cpu_offsets) in [(Stage::Detailed, &offsets[..]), (Stage::Body, &[])] {
         let frame = frame_of(gpu, &avatar, &bent_pose(), &Options { stage, ..Options::default() });
         let positions = gpu.empty(count);
-        let dispatch = skinning::pose(&gpu.device, &avatar.rig, &frame, &gpu.vectors(&offsets), &positions);
+        let dispatch = skinning::pose(gpu, &avatar.rig, &frame, &gpu.vectors(&offsets), &positions);
         posed.pose(
             &avatar.rig,
             cpu_offsets,
@@ -162,7 +162,7 @@ fn rotation() {
     for level in 0..=2 {
         let vectors = noise_vectors(subdivision.vertex_count(level), 9);
         let buffer = gpu.vectors(&vectors);
-        let dispatch = rotation::rotate(&gpu.device, &avatar.rig.skin, subdivision, level, &frame, &buffer);
+        let dispatch = rotation::rotate(gpu, &avatar.rig.skin, subdivision, level, &frame, &buffer);
         let pairs = posed.rotations(subdivision, level).iter().zip(&vectors);
         let expected: Vec<Vec3A> = pairs.map(|(rotation, vector)| *rotation * *vector).collect();
         assert_close(&gpu.run([&dispatch], &buffer), &expected, ROUNDING, "rotation");
@@ -174,12 +174,12 @@ fn sparse() {
     let gpu = gpu();
     let animator = Animator::new(Arc::new(compact_avatar())).unwrap();
     let subdivision = animator.subdivision();
-    let kernels = SparseKernels::new(&gpu.device);
+    let kernels = SparseKernels::new(gpu);
     for scheme in [Scheme::Midpoint, Scheme::Loop] {
         let coarse = noise_vectors(subdivision.vertex_count(1), 1);
         let mut expected = vec![Vec3A::ZERO; subdivision.vertex_count(2)];
         subdivision.refine(scheme, 1, &coarse, &mut expected);
-        let matrix = GpuMatrix::new(&gpu.device, &stencils(subdivision, scheme, 1));
+        let matrix = GpuMatrix::new(gpu, &stencils(subdivision, scheme, 1));
         let (x, out) = (gpu.vectors(&coarse), gpu.empty(expected.len()));
         let apply = kernels.apply(&matrix, &x, &out);
         assert_close(&gpu.run([&apply], &out), &expected, ROUNDING, "apply");
@@ -215,11 +215,11 @@ fn row_residual_of_both_forms() {
             *row = options.detail * (area * scale_per_area(adjacency.valence(k)) * *delta - *row);
         }
         let out = gpu.empty(base.len());
-        let dispatch = ResidualKernel::new(&gpu.device).dispatch(
+        let dispatch = ResidualKernel::new(gpu).dispatch(
             &frame_of(gpu, avatar, &bent_pose(), &options),
             [&gpu.vectors(&base), &gpu.vectors(&deltas), &out],
-            &GpuCorners::new(&gpu.device, base.len(), subdivision.triangles(2)),
-            &GpuRings::new(&gpu.device, &adjacency),
+            &GpuCorners::new(gpu, base.len(), subdivision.triangles(2)),
+            &GpuRings::new(gpu, &adjacency),
             base.len(),
         );
         // The angles of slender triangles magnify the rounding of positions; L u takes differences of metres.
@@ -232,7 +232,7 @@ fn surface_with_and_without_displacement() {
     let gpu = gpu();
     let (animator, base, noise) = posed(compact_avatar());
     let displacement: Vec<Vec3A> = noise.iter().map(|v| 0.0005 * *v).collect();
-    let corners = GpuCorners::new(&gpu.device, base.len(), animator.triangles());
+    let corners = GpuCorners::new(gpu, base.len(), animator.triangles());
     for stage in [Stage::Base, Stage::Detailed] {
         let frame = frame_of(gpu, animator.avatar(), &bent_pose(), &Options { stage, ..Options::default() });
         let share = if stage == Stage::Base { 0.0 } else { 1.0 };
@@ -240,9 +240,9 @@ fn surface_with_and_without_displacement() {
         let mut normals = expected.clone();
         vertex_normals(&expected, animator.triangles(), &mut normals);
         let vertices = gpu.vertices(base.len());
-        let nowhere = storage(&gpu.device, "nowhere", size_of::<u32>());
+        let nowhere = storage(gpu, "nowhere", size_of::<u32>());
         let buffers = [&gpu.vectors(&base), &gpu.vectors(&displacement), &vertices, &nowhere];
-        let dispatch = SurfaceKernel::new(&gpu.device).dispatch(&frame, buffers, &corners, base.len());
+        let dispatch = SurfaceKernel::new(gpu).dispatch(&frame, buffers, &corners, base.len());
         assert_close(&gpu.run([&dispatch], &vertices), &expected, ROUNDING, "positions");
         let packed: Vec<[u32; 4]> = gpu.read(&vertices);
         let found: Vec<Vec3A> = packed.iter().map(|vertex| unpack_normal(vertex[3])).collect();
@@ -272,7 +272,7 @@ fn a_pass_with_other_inputs_is_told_apart() {
     let frame = frame_of(gpu, avatar, &bent_pose(), &Options::default());
     let evaluate = |tables: &Compact| {
         let values = gpu.empty(count);
-        let dispatches: Vec<Dispatch> = compact::evaluate(&gpu.device, tables, 24, &frame, &values, count);
+        let dispatches: Vec<Dispatch> = compact::evaluate(gpu, tables, 24, &frame, &values, count);
         gpu.run(&dispatches, &values)
     };
     let (found, changed) = (evaluate(tables), evaluate(&other));

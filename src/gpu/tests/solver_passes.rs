@@ -5,6 +5,7 @@ use super::super::conjugate_gradients::{GpuSolver, GpuSolvers};
 use super::super::inverse_factor::{InverseFactor, NONE};
 use super::super::multigrid::GpuMultigrid;
 use super::super::normal_operator::{GpuOperator, OperatorKernels};
+use super::super::sparse::LoopMatrices;
 use super::{Gpu, gpu, largest_distance, size};
 use crate::animate::Animator;
 use crate::fixture::compact_avatar;
@@ -41,10 +42,10 @@ fn normal_operator() {
     for (subdivision, solver) in cases() {
         let finest = subdivision.level_count();
         for (i, level) in solver.level_parts().enumerate() {
-            let kernels = OperatorKernels::new(&gpu.device);
+            let kernels = OperatorKernels::new(gpu);
             let mut cpu = solver.operator(i);
             let operator =
-                GpuOperator::new(&gpu.device, &level.operator, level.scaling, level.weights, &subdivision, finest - i);
+                GpuOperator::new(gpu, &level.operator, level.scaling, level.weights, &subdivision, finest - i);
             let count = subdivision.vertex_count(finest - i);
             let (x, b) = (noise_vectors(count, 1), noise_vectors(count, 2));
             let (x_buffer, b_buffer, out) = (gpu.vectors(&x), gpu.vectors(&b), gpu.empty(count));
@@ -83,7 +84,7 @@ fn the_inverse_factor_undoes_the_factor() {
         for i in 0..count {
             let row = &inverse.values[inverse.offsets[i]..inverse.offsets[i + 1]];
             product[inverse.steps[i] as usize] =
-                row.iter().zip(&x[inverse.first_columns[i] as usize..]).map(|(w, x)| w * x).sum::<f32>();
+                row.iter().zip(&x[inverse.first_columns[i] as usize..]).map(|(w, x)| w.to_f32() * x).sum::<f32>();
         }
         let mut back = product.clone();
         for j in 0..count {
@@ -92,7 +93,8 @@ fn the_inverse_factor_undoes_the_factor() {
             }
         }
         let error = (0..count).map(|i| (back[inverse.steps[i] as usize] - x[i]).abs()).fold(0.0, f32::max);
-        assert!(error < 1e-4, "{error}");
+        // Half precision.
+        assert!(error < 2e-3, "{error}");
     }
 }
 
@@ -104,7 +106,7 @@ fn coarse_solve() {
         let mut expected = vec![Vec3A::ZERO; b.len()];
         solver.solve_coarsest(&b, &mut expected);
         let x = gpu.empty(b.len());
-        let solve = GpuCoarseSolve::new(&gpu.device, &solver.factor_parts());
+        let solve = GpuCoarseSolve::new(gpu, &solver.factor_parts());
         let found = gpu.run(&solve.solve(&gpu.vectors(&b), &x), &x);
         // W is kept in half precision: eleven bits.
         assert_close(&found, &expected, 2e-3, "coarse solve");
@@ -117,10 +119,11 @@ fn multigrid() {
     for (subdivision, mut solver) in cases() {
         let r = noise_vectors(subdivision.vertex_count(subdivision.level_count()), 6);
         let expected = solver.precondition(&r).to_vec();
-        let z = gpu.empty(r.len());
-        let multigrid = GpuMultigrid::new(&gpu.device, &solver, &subdivision);
-        let cycle = multigrid.cycle(&OperatorKernels::new(&gpu.device), 0, &gpu.vectors(&r), &z);
-        assert_close(&gpu.run(&cycle, &z), &expected, 2e-3, "V-cycle");
+        let multigrid = GpuMultigrid::new(gpu, &solver, &subdivision, &LoopMatrices::new(gpu, &subdivision));
+        let fields = &multigrid.fields[0];
+        gpu.write(&fields.side, &r);
+        let cycle = multigrid.cycle(&OperatorKernels::new(gpu), 0);
+        assert_close(&gpu.run(&cycle, &fields.correction), &expected, 2e-3, "V-cycle");
     }
 }
 
@@ -135,16 +138,15 @@ struct Solve {
 impl Solve {
     fn new(subdivision: &Subdivision, solver: &Solver, level: usize) -> Self {
         let (gpu, count) = (gpu(), subdivision.vertex_count(level));
-        let (row_residual, displacement) = (gpu.empty(count), gpu.empty(count));
-        let solvers = GpuSolvers::new(&gpu.device, solver, subdivision);
-        let solver = solvers.on_level(&gpu.device, level, count, &row_residual, &displacement);
-        Self { gpu, row_residual, displacement, solver }
+        let displacement = gpu.empty(count);
+        let solvers = GpuSolvers::new(gpu, solver, subdivision, &LoopMatrices::new(gpu, subdivision));
+        let solver = solvers.on_level(gpu, level, count, &displacement);
+        Self { gpu, row_residual: solvers.row_residual(level).clone(), displacement, solver }
     }
 
     /// What the GPU finds from `r` and from what it solved before.
     fn run(&self, r: &[Vec3A], iterations: u32) -> Vec<Vec3A> {
-        let padded: Vec<[f32; 4]> = r.iter().map(|value| value.extend(0.0).to_array()).collect();
-        self.gpu.queue.write_buffer(&self.row_residual, 0, bytemuck::cast_slice(&padded));
+        self.gpu.write(&self.row_residual, r);
         self.gpu.run(self.solver.dispatches(iterations), &self.displacement)
     }
 }

@@ -138,17 +138,38 @@ export default [
     },
   })),
   {
-    name: "faults: a buffer that there is no memory for is an error with the fallback shown, and another worker starts",
+    name: "faults: a browser without memory to map buffers in throws, and nothing asks it to",
+    run: async ({ page, mount, withAvatar }) => {
+      await mount();
+      await page.workers()[0].evaluate(() => {
+        const create = GPUDevice.prototype.createBuffer;
+        globalThis.buffers = 0;
+        GPUDevice.prototype.createBuffer = function (descriptor) {
+          if (descriptor.mappedAtCreation) {
+            throw new RangeError(
+              "createBuffer failed, size is too large for the implementation when mappedAtCreation == true",
+            );
+          }
+          globalThis.buffers += 1;
+          return create.call(this, descriptor);
+        };
+      });
+      await withAvatar((avatar) => {
+        avatar.src = PLAIN;
+        return next(avatar, "load");
+      });
+      assert.ok((await page.workers()[0].evaluate(() => globalThis.buffers)) > 0);
+    },
+  },
+  {
+    name: "faults: a buffer that the browser throws for is an error with the fallback shown, and another worker starts",
     allows: [/./u],
     run: async (tools) => {
       const { page, mount, withAvatar } = tools;
       await mount();
-      // Browsers throw where they cannot map a buffer at its creation.
       await page.workers()[0].evaluate(() => {
         GPUDevice.prototype.createBuffer = () => {
-          throw new RangeError(
-            "createBuffer failed, size is too large for the implementation when mappedAtCreation == true",
-          );
+          throw new RangeError("createBuffer failed");
         };
       });
       await withAvatar((avatar) => {

@@ -128,6 +128,8 @@ impl GpuSolvers {
         };
         let mut start = vec![operator.right_side(operators, self.row_residual(level), &right_side)];
         start.extend(history.guess(histories, vertex_count, &right_side, displacement, side));
+        // What the guess leaves, anew, as the CPU does: remembered products carry rounding from frame to frame.
+        start.extend(operator.residual(operators, displacement, &right_side, side));
         let iteration = |[energy, last_energy]: [&Buffer; 2]| {
             let first = self.finest_level - level;
             let mut dispatches = multigrid.cycle(operators, first);

@@ -18,18 +18,25 @@ pub struct PartFile {
     file: BufWriter<File>,
     aside: PathBuf,
     path: PathBuf,
+    is_kept: bool,
 }
 
 impl PartFile {
-    /// Begins the file that will be at `path`. Missing directories are made.
+    /// Begins the file that will be at `path`. Missing directories are made. What a process left there that was killed in the midst is taken
+    /// up and written over.
+    ///
+    /// Fails where another process is writing the same file.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let name = path.file_name().with_context(|| format!("{}: expected the name of a file", path.display()))?;
         fs::create_dir_all(directory).with_context(|| format!("{}: cannot make the directory", directory.display()))?;
-        let aside = directory.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-        let open = File::options().read(true).write(true).create(true).truncate(true).open(&aside);
-        let file = BufWriter::new(open.with_context(|| cannot_be_written(path))?);
-        Ok(Self { file, aside, path: path.to_path_buf() })
+        let aside = directory.join(format!(".{}.part", name.to_string_lossy()));
+        // Truncated only when it is ours.
+        let open = File::options().read(true).write(true).create(true).truncate(false).open(&aside);
+        let file = open.with_context(|| cannot_be_written(path))?;
+        file.try_lock().with_context(|| format!("{}: another process is writing it", path.display()))?;
+        file.set_len(0).with_context(|| cannot_be_written(path))?;
+        Ok(Self { file: BufWriter::new(file), aside, path: path.to_path_buf(), is_kept: false })
     }
 
     /// Copies all that was written so far to the end of another.
@@ -41,7 +48,9 @@ impl PartFile {
     /// Waits until everything is on the disk, and gives the file its name.
     pub fn keep(mut self) -> anyhow::Result<()> {
         let kept = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        kept.and_then(|()| fs::rename(&self.aside, &self.path)).with_context(|| cannot_be_written(&self.path))
+        kept.and_then(|()| fs::rename(&self.aside, &self.path)).with_context(|| cannot_be_written(&self.path))?;
+        self.is_kept = true;
+        Ok(())
     }
 }
 
@@ -57,8 +66,10 @@ impl Write for PartFile {
 
 impl Drop for PartFile {
     fn drop(&mut self) {
-        // It is gone already where it was kept, and where it cannot be removed nobody could do better.
-        let _ = fs::remove_file(&self.aside);
+        if !self.is_kept {
+            // Where it cannot be removed nobody could do better.
+            let _ = fs::remove_file(&self.aside);
+        }
     }
 }
 
@@ -69,6 +80,23 @@ fn cannot_be_written(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_killed_process_left_is_taken_up_and_what_another_writes_is_not() {
+        let directory = std::env::temp_dir().join(format!("crease-parts-{}", std::process::id()));
+        let path = directory.join("file");
+        fs::create_dir_all(&directory).unwrap();
+        fs::write(directory.join(".file.part"), b"half of something long").unwrap();
+        write_whole(&path, b"whole").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        let writing = PartFile::create(&path).unwrap();
+        let error = write_whole(&path, b"another").unwrap_err();
+        assert!(error.to_string().contains("another process"), "{error}");
+        drop(writing);
+        write_whole(&path, b"another").unwrap();
+        assert_eq!(fs::read_dir(&directory).unwrap().count(), 1, "no part file is left");
+        fs::remove_dir_all(&directory).unwrap();
+    }
 
     #[test]
     fn files_are_replaced_whole_and_failures_leave_nothing() {

@@ -127,8 +127,8 @@ impl GpuSolvers {
             step_energy: energy("solver: energy of a step"),
         };
         let mut start = vec![operator.right_side(operators, self.row_residual(level), &right_side)];
-        start.extend(history.guess(histories, vertex_count, &right_side, displacement, side));
-        // What the guess leaves, anew, as the CPU does: remembered products carry rounding from frame to frame.
+        start.extend(history.guess(histories, vertex_count, &right_side, displacement));
+        // As on the CPU, not of the remembered products: they carry rounding from frame to frame.
         start.extend(operator.residual(operators, displacement, &right_side, side));
         let iteration = |[energy, last_energy]: [&Buffer; 2]| {
             let first = self.finest_level - level;

@@ -55,20 +55,15 @@ impl GpuHistory {
         }
     }
 
-    /// x = the guess for the right side `side`, and `residual` what it leaves of it, on a level of `vertex_count` vertices.
-    pub fn guess(
-        &self,
-        kernels: &HistoryKernels,
-        vertex_count: usize,
-        side: &Buffer,
-        x: &Buffer,
-        residual: &Buffer,
-    ) -> [Dispatch; 2] {
-        let mut bindings = self.bindings(vertex_count, side);
-        bindings.push((5, whole(&self.partial)));
-        let products = kernels.products.with_ranges([PARTIAL_COUNT as u32, 1, 1], &bindings);
-        bindings.extend([(6, whole(x)), (7, whole(residual))]);
-        [products, kernels.guess.over_ranges(vertex_count, &bindings)]
+    /// x = the guess for the right side `side` on a level of `vertex_count` vertices.
+    pub fn guess(&self, kernels: &HistoryKernels, vertex_count: usize, side: &Buffer, x: &Buffer) -> [Dispatch; 2] {
+        let solutions = self.solutions(vertex_count);
+        let [latest, _, before, _] = solutions.clone();
+        let partial = (5, whole(&self.partial));
+        let products: Vec<_> = solutions.into_iter().chain([(0, whole(side)), partial.clone()]).collect();
+        let products = kernels.products.with_ranges([PARTIAL_COUNT as u32, 1, 1], &products);
+        let guess = kernels.guess.over_ranges(vertex_count, &[latest, before, partial, (6, whole(x))]);
+        [products, guess]
     }
 
     /// Keeps the solution `x`, which leaves `residual` of `side`, in place of the older one.
@@ -80,15 +75,16 @@ impl GpuHistory {
         x: &Buffer,
         residual: &Buffer,
     ) -> Dispatch {
-        let mut bindings = self.bindings(vertex_count, side);
-        bindings.extend([(6, whole(x)), (7, whole(residual))]);
+        let fields = [(0, whole(side)), (6, whole(x)), (7, whole(residual))];
+        let bindings: Vec<_> = self.solutions(vertex_count).into_iter().chain(fields).collect();
         kernels.remember.over_ranges(vertex_count, &bindings)
     }
 
-    fn bindings<'a>(&'a self, vertex_count: usize, side: &'a Buffer) -> Vec<(u32, BufferBinding<'a>)> {
+    /// The solutions and their products, as far as a level of `vertex_count` vertices goes.
+    fn solutions(&self, vertex_count: usize) -> [(u32, BufferBinding<'_>); 4] {
         let Self { latest, latest_product, before, before_product, .. } = self;
-        let of_level = |buffer| front(buffer, (vertex_count * size_of::<[f32; 4]>()) as u64);
-        let solutions = [latest, latest_product, before, before_product].map(of_level);
-        [(0, whole(side))].into_iter().chain((1..).zip(solutions)).collect()
+        let bytes = (vertex_count * size_of::<[f32; 4]>()) as u64;
+        [(1, latest), (2, latest_product), (3, before), (4, before_product)]
+            .map(|(number, buffer)| (number, front(buffer, bytes)))
     }
 }

@@ -65,7 +65,7 @@ const LEAST_INDEPENDENCE = 1e-4;
 // … and no more than this many times: of a figure that stands nearly still it is rounding.
 const GREATEST_CHANGE = vec4f(2.0);
 
-// x = the guess, residual = what it leaves of the right side.
+// x = the guess.
 @compute @workgroup_size(64)
 fn guess(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     sums[lane] = partial[lane];
@@ -80,7 +80,6 @@ fn guess(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_ind
     let k = id.x;
     if k < arrayLength(&x) {
         x[k] = latest[k] * of_latest - before[k] * of_change;
-        residual[k] = side[k] - (latest_product[k] * of_latest - before_product[k] * of_change);
     }
 }
 

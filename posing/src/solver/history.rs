@@ -31,18 +31,19 @@ impl History {
         self.count = 0;
     }
 
-    /// Sets `d` to the guess for the right side in `residual`, and `residual` to what is left of it.
-    pub fn guess(&self, d: &mut [Vec3A], residual: &mut [Vec3A]) {
+    /// Sets `d` to the guess for the right side `b`; to zero, and tells so by `false`, where there is nothing to guess from.
+    pub fn guess(&self, d: &mut [Vec3A], b: &[Vec3A]) -> bool {
         let of_same_level = |solution: &&Solution| solution.d.len() == d.len();
         let Some(latest) = Some(&self.latest).filter(|_| self.count > 0).filter(of_same_level) else {
-            return d.fill(Vec3A::ZERO);
+            d.fill(Vec3A::ZERO);
+            return false;
         };
         // Of a single solution there is no change, and the span is its direction.
         let before = Some(&self.before).filter(|_| self.count > 1).filter(of_same_level).unwrap_or(latest);
         // In the basis u (the latest) and v (the last change): two equations for each coordinate.
         let [mut uau, mut uav, mut vav, mut ub, mut vb] = [Vec3A::ZERO; 5];
         let rows = latest.d.iter().zip(&latest.product).zip(before.d.iter().zip(&before.product));
-        for (((u, au), (d, ad)), b) in rows.clone().zip(&*residual) {
+        for (((u, au), (d, ad)), b) in rows.zip(b) {
             let (v, av) = (*u - *d, *au - *ad);
             uau += *u * *au;
             uav += *u * av;
@@ -56,10 +57,10 @@ impl History {
         let of_change = super::divide(vb - ub * share, Vec3A::select(is_independent, independent, Vec3A::ZERO));
         let of_change = of_change.clamp(Vec3A::splat(-GREATEST_CHANGE), Vec3A::splat(GREATEST_CHANGE));
         let of_latest = super::divide(ub - uav * of_change, uau) + of_change;
-        for ((((u, au), (e, ae)), d), residual) in rows.zip(d).zip(residual) {
+        for ((u, e), d) in latest.d.iter().zip(&before.d).zip(d) {
             *d = *u * of_latest - *e * of_change;
-            *residual -= *au * of_latest - *ae * of_change;
         }
+        true
     }
 
     /// Remembers the solution `d` of the right side `b`, of which `residual` was left.
@@ -92,7 +93,7 @@ mod tests {
         let mut guess = d.clone();
         let mut left = b.clone();
         left[7] += 0.1;
-        history.guess(&mut guess, &mut left);
+        history.guess(&mut guess, &left);
         let off = guess.iter().map(|guess| guess.distance(Vec3A::ONE)).fold(0.0, f32::max);
         assert!(off < 0.01, "{off}");
     }

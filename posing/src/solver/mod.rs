@@ -146,14 +146,14 @@ impl Solver {
             &mut v[..count]
         });
         operators[0].right_side(r, right_side);
-        residual.copy_from_slice(right_side);
         if start == Start::Base {
             history.clear();
         }
-        history.guess(d, residual);
-        if start == Start::Earlier {
-            // What the guess leaves, anew: remembered products carry the rounding of their solves, which would add up from frame to frame.
+        if history.guess(d, right_side) {
+            // Not of the remembered products: they carry the rounding of their solves, which would add up from frame to frame.
             operators[0].residual(d, right_side, residual);
+        } else {
+            residual.copy_from_slice(right_side);
         }
         let limit = match stop {
             Stop::Iterations(count) => count,

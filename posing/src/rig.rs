@@ -125,6 +125,11 @@ impl Rig {
 }
 
 impl Skin {
+    /// Every vertex of `rest` where the blended transforms take it, metres.
+    pub fn posed(&self, rest: &[Vec3A], posed_from_rest: &[Affine3A]) -> Vec<Vec3A> {
+        rest.iter().enumerate().map(|(vertex, &at)| self.blend(vertex, posed_from_rest).transform_point3a(at)).collect()
+    }
+
     /// Blended transform of vertex `vertex`.
     pub fn blend(&self, vertex: usize, posed_from_rest: &[Affine3A]) -> Affine3A {
         let mut matrix = Mat3A::ZERO;

@@ -262,7 +262,7 @@ impl Check<'_> {
         self.count(&field, region.basis_count as usize * centres, region.coefficient_from_kernel.len())?;
         self.finite(&field, &region.coefficient_from_kernel)?;
         let field = place("recalled");
-        let recalled = region.recalled.len() / (region.basis_count as usize).max(1);
+        let recalled = region.recalled_count();
         self.require(recalled <= centres, &field, format!("at most {centres} poses"), recalled)?;
         self.count(&field, region.basis_count as usize * recalled, region.recalled.len())?;
         self.finite(&field, &region.recalled)

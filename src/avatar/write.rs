@@ -332,7 +332,7 @@ fn function(function: &SurfaceFunction, joint_count: usize, buffer: &mut BufferW
                 rows: region.rows,
                 basis_count: region.basis_count,
                 kernel_length: region.kernel_length,
-                recalled_count: region.recalled.len() as u32 / region.basis_count.max(1),
+                recalled_count: region.recalled_count() as u32,
             });
             let recalled: Vec<f32> =
                 compact.regions.iter().flat_map(|region| region.recalled.iter().copied()).collect();

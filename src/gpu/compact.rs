@@ -107,13 +107,12 @@ impl Packed {
                 first_coefficient: packed.coefficients.len() as u32,
                 first_factor: packed.factor_count as u32,
                 centre_count: function.centre_count,
-                recalled_count: (region.recalled.len() / basis_count.max(1)) as u32,
+                recalled_count: region.recalled_count() as u32,
                 joint_count: joint_count as u32,
             });
-            for (matrix, width) in [
-                (&region.coefficient_from_kernel, centre_count),
-                (&region.recalled, region.recalled.len() / basis_count.max(1)),
-            ] {
+            for (matrix, width) in
+                [(&region.coefficient_from_kernel, centre_count), (&region.recalled, region.recalled_count())]
+            {
                 for k in 0..basis_count {
                     let row = &matrix[k * width..][..width];
                     let step = function.basis_step[first_step + k];

@@ -44,6 +44,8 @@ mod shapes;
 pub mod sizes;
 pub mod studio;
 pub mod targets;
+#[cfg(test)]
+mod test_folder;
 pub mod texture;
 pub mod train;
 pub mod visibility;

@@ -1,8 +1,8 @@
 //! How detail behaves in motions that nobody scanned: what can be said without a truth.
 
-use crease::animate::{Animator, Options, Stage};
+use crate::normals::unit_normals;
+use crease::animate::{Animator, Options};
 use crease::avatar::Avatar;
-use crease::mesh::vertex_normals;
 use crease::motion::Motion;
 use crease::render::edges;
 use glam::Vec3A;
@@ -33,14 +33,13 @@ pub fn measure_motion(avatar: Arc<Avatar>, motion: &Motion) -> anyhow::Result<Mo
     let mut animator = Animator::new(avatar)?;
     let triangles = animator.triangles().to_vec();
     let edges = edges(&triangles);
-    let detailed = Options { warm_start: true, ..Options::default() };
-    let base = Options { stage: Stage::Base, ..detailed };
+    let options = Options { warm_start: true, ..Options::default() };
     let mut measures = MotionMeasures { frames: motion.poses.len(), is_finite: true, ..MotionMeasures::default() };
     let mut overstretched = 0usize;
     let (mut offsets, mut places) = (Differences::default(), Differences::default());
     for pose in &motion.poses {
-        let base = animator.animate(pose, &base).to_vec();
-        let detailed = animator.animate(pose, &detailed);
+        let detailed = animator.animate(pose, &options).to_vec();
+        let base = animator.surface().finest().to_vec();
         measures.is_finite &= detailed.iter().all(|position| position.is_finite());
         for &[a, b] in &edges {
             let [a, b] = [a, b].map(|vertex| vertex as usize);
@@ -48,8 +47,7 @@ pub fn measure_motion(avatar: Arc<Avatar>, motion: &Motion) -> anyhow::Result<Mo
             overstretched += usize::from(ratio > OVERSTRETCHED);
             measures.greatest_ratio = measures.greatest_ratio.max(ratio);
         }
-        let mut normals = vec![Vec3A::ZERO; base.len()];
-        vertex_normals(&base, &triangles, &mut normals);
+        let normals = unit_normals(&base, &triangles);
         let along = |vertex: usize| Vec3A::X * (detailed[vertex] - base[vertex]).dot(normals[vertex]);
         offsets.add((0..base.len()).map(along).collect());
         places.add(base);

@@ -52,8 +52,7 @@ fn truth(body: &Body) -> BodyParameters {
 }
 
 fn posed(rig: &Rig, pose: &Pose) -> Vec<Vec3A> {
-    let transforms = posed_from_rest(rig, pose);
-    (0..rig.rest.len()).map(|v| rig.skin.blend(v, &transforms).transform_point3a(rig.rest[v])).collect()
+    rig.skin.posed(&rig.rest, &posed_from_rest(rig, pose))
 }
 
 fn describe(directory: &Path, kind: &str) {

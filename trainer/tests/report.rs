@@ -16,20 +16,25 @@ const SMALL: [&str; 5] = [
     "compact.detail_fit.smoothness=[1]",
 ];
 
-fn crease(directory: &Directory, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_crease")).args(arguments).current_dir(&directory.0).output().unwrap()
+/// A small training on a made sequence, in a folder of its own, and what it said.
+fn trained(name: &str, arguments: &[&str]) -> (Directory, Output) {
+    let directory = Directory::new(name);
+    let body = write_sequence(&directory.0.join("bumpy"));
+    write_body_model(&directory.0.join("body.npz"), &body);
+    let output = Command::new(env!("CARGO_BIN_EXE_crease"))
+        .args(["train", "bumpy", "--body", "body.npz"])
+        .args(arguments)
+        .args(SMALL.iter().flat_map(|assignment| ["--set", assignment]))
+        .current_dir(&directory.0)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    (directory, output)
 }
 
 #[test]
 fn a_training_ends_with_its_report() {
-    let directory = Directory::new("train-report");
-    let body = write_sequence(&directory.0.join("bumpy"));
-    write_body_model(&directory.0.join("body.npz"), &body);
-    let mut arguments =
-        vec!["train", "bumpy", "-o", "bumpy.glb", "--body", "body.npz", "--frames", "0::2", "--report", "--json"];
-    arguments.extend(SMALL.iter().flat_map(|assignment| ["--set", assignment]));
-    let output = crease(&directory, &arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (directory, output) = trained("train-report", &["-o", "bumpy.glb", "--frames", "0::2", "--report", "--json"]);
     for written in ["bumpy.glb", "bumpy.toml", "bumpy.csv"] {
         assert!(directory.0.join(written).exists(), "{written}");
     }
@@ -49,14 +54,7 @@ fn a_training_ends_with_its_report() {
 
 #[test]
 fn refined_poses_lie_beside_the_avatar_and_the_report_takes_them() {
-    let directory = Directory::new("train-refine");
-    let body = write_sequence(&directory.0.join("bumpy"));
-    write_body_model(&directory.0.join("body.npz"), &body);
-    let mut arguments =
-        vec!["train", "bumpy", "-o", "out/a.glb", "--body", "body.npz", "--refine", "--report", "--quiet"];
-    arguments.extend(SMALL.iter().flat_map(|assignment| ["--set", assignment]));
-    let output = crease(&directory, &arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (directory, _) = trained("train-refine", &["-o", "out/a.glb", "--refine", "--report", "--quiet"]);
     let refined = read_body(&directory.0.join("out/a-bumpy.npz")).unwrap();
     assert_eq!((refined.parameters.poses.len(), refined.up), (FRAME_COUNT, Some(Up::Y)));
     let run = fs::read_to_string(directory.0.join("out/a.toml")).unwrap();

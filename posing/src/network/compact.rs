@@ -128,9 +128,14 @@ impl Region {
         weighted(&self.coefficient_from_kernel, k, kernel)
     }
 
+    /// How many centres are recalled: the first ones.
+    pub fn recalled_count(&self) -> usize {
+        self.recalled.len() / (self.basis_count as usize).max(1)
+    }
+
     /// liveliness (1 − max κ)² w; nothing where there is nothing to recall.
     fn recall_weights(&self, kernel: &[f32], liveliness: f32, weights: &mut Vec<f32>) {
-        let recalled = if liveliness == 0.0 { 0 } else { self.recalled.len() / self.basis_count as usize };
+        let recalled = if liveliness == 0.0 { 0 } else { self.recalled_count() };
         let kernel = &kernel[..recalled];
         let largest = kernel.iter().fold(0.0f32, |largest, &value| largest.max(value));
         let sum: f32 = kernel.iter().map(|&value| value * value).sum();
@@ -141,7 +146,7 @@ impl Region {
 }
 
 /// ε: poses whose Σ κ² is no more than this recall little, so that nothing is divided by nothing.
-pub const LEAST_RECALL: f32 = 1e-20;
+const LEAST_RECALL: f32 = 1e-20;
 
 /// Σ_i of row `k` of a matrix times `weights`, which are as long as its rows.
 fn weighted(matrix: &[f32], k: usize, weights: &[f32]) -> f32 {

@@ -1,11 +1,13 @@
 //! The mean look of an avatar over a motion, on few triangles: its base at rest, and its wrinkles as a normal map.
 
+use crate::compact::refine_between;
+use crate::normals::unit_normals;
 use crate::texture::{ColouredPoint, TextureAccumulator};
 use anyhow::Context;
-use crease::animate::{Animator, Options, PosedSurface, Stage};
+use crease::animate::{Animator, Options, PosedSurface};
 use crease::avatar::Appearance;
 use crease::body::{Pose, TextureCoordinates};
-use crease::mesh::{Scheme, Subdivision, vertex_normals};
+use crease::mesh::{Scheme, Subdivision};
 use crease::network::{Domain, Scratch};
 use crease::render::DrawnSurface;
 use glam::Vec3A;
@@ -47,7 +49,7 @@ pub fn bake(animator: &mut Animator, poses: &[Pose]) -> anyhow::Result<BakedFigu
         avatar.deformation.evaluate(&domain, pose, &mut Scratch::default(), &mut own);
         offsets.iter_mut().zip(&own).for_each(|(mean, own)| *mean += *own * share);
         let detailed = animator.animate(pose, &Options::default()).to_vec();
-        let base = animator.animate(pose, &Options { stage: Stage::Base, ..Options::default() }).to_vec();
+        let base = animator.surface().finest();
         body.pose(rig, &[], pose, animator.subdivision(), avatar.scheme, 0);
         let rotations = body.rotations(animator.subdivision(), level);
         for (vertex, mean) in displacement.iter_mut().enumerate() {
@@ -58,12 +60,10 @@ pub fn bake(animator: &mut Animator, poses: &[Pose]) -> anyhow::Result<BakedFigu
     body.pose(rig, &offsets, &rest, animator.subdivision(), avatar.scheme, level);
     let base = body.finest();
     let detailed: Vec<Vec3A> = base.iter().zip(&displacement).map(|(&base, &off)| base + off).collect();
-    let mut fine_normals = vec![Vec3A::ZERO; detailed.len()];
-    vertex_normals(&detailed, animator.triangles(), &mut fine_normals);
+    let fine_normals = unit_normals(&detailed, animator.triangles());
 
     let coarse = &base[..rig.rest.len()];
-    let mut coarse_normals = vec![Vec3A::ZERO; coarse.len()];
-    vertex_normals(coarse, &avatar.triangles, &mut coarse_normals);
+    let coarse_normals = unit_normals(coarse, &avatar.triangles);
     let appearance = &avatar.appearance;
     let drawn = |values: &[Vec3A]| -> Vec<Vec3A> {
         appearance.drawn_vertices.iter().map(|&vertex| values[vertex as usize]).collect()
@@ -123,15 +123,7 @@ fn normal_map(
 ) -> anyhow::Result<Vec<u8>> {
     let level_count = surface.levels.len() - 1;
     let subdivision = Subdivision::new(appearance.drawn_vertices.len(), &appearance.drawn_triangles, level_count);
-    let refined = |values: &[Vec3A]| -> Vec<Vec3A> {
-        let mut values = values.to_vec();
-        for level in 0..level_count {
-            let mut fine = vec![Vec3A::ZERO; subdivision.vertex_count(level + 1)];
-            subdivision.refine(Scheme::Midpoint, level, &values, &mut fine);
-            values = fine;
-        }
-        values
-    };
+    let refined = |values: &[Vec3A]| refine_between(&subdivision, Scheme::Midpoint, 0..level_count, values);
     let signs: Vec<Vec3A> = signs.iter().map(|&sign| Vec3A::splat(sign)).collect();
     let [normals, tangents, signs] = [frames[0], frames[1], &signs].map(refined);
     let seen: Vec<Vec3A> = (surface.vertices.iter().enumerate())

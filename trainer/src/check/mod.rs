@@ -226,21 +226,13 @@ mod tests {
     use super::*;
     use crate::mesh_file::MeshFormat;
     use crate::shapes::sphere;
+    use crate::test_folder::Folder;
     use crease::fixture::voxel_person;
     use std::fs;
-    use std::path::PathBuf;
-
-    struct Folder(PathBuf);
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
-    }
 
     /// Two frames of an egg of 1.7 m that stands on the floor, after `change`.
     fn egg(name: &str, change: fn(Vec3A) -> Vec3A) -> Folder {
-        let folder = Folder(std::env::temp_dir().join(format!("crease-check-{name}-{}", std::process::id())));
+        let folder = Folder::new(&format!("check-{name}"));
         fs::create_dir_all(folder.0.join("frames")).unwrap();
         let mesh = sphere(1.0, 4);
         let positions: Vec<Vec3A> =

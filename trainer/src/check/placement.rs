@@ -155,9 +155,7 @@ struct PosedBody {
 
 impl PosedBody {
     fn new(rig: &Rig, body: &Body, pose: &Pose) -> Option<Self> {
-        let transforms = posed_from_rest(rig, pose);
-        let vertices: Vec<Vec3A> =
-            (0..rig.rest.len()).map(|v| rig.skin.blend(v, &transforms).transform_point3a(rig.rest[v])).collect();
+        let vertices = rig.skin.posed(&rig.rest, &posed_from_rest(rig, pose));
         let closest = ClosestPoint::new(&vertices, &body.triangles).ok()?;
         Some(Self { vertices, closest, triangles: body.triangles.clone() })
     }
@@ -212,21 +210,13 @@ mod tests {
     use super::*;
     use crate::mesh_file::MeshFormat;
     use crate::sequence::{BodyParameters, Reading, write_body};
+    use crate::test_folder::Folder;
     use crease::fixture::{bent_pose, voxel_person};
     use std::fs;
-    use std::path::PathBuf;
-
-    struct Folder(PathBuf);
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
-    }
 
     /// A frame of the bent person, whose vertices are changed, with poses in a file that says that `up` is up, or says nothing of it.
     fn bent(name: &str, change: Mat3A, faces: fn([u32; 3]) -> [u32; 3], up: Up) -> Folder {
-        let folder = Folder(std::env::temp_dir().join(format!("crease-placement-{name}-{}", std::process::id())));
+        let folder = Folder::new(&format!("placement-{name}"));
         fs::create_dir_all(folder.0.join("frames")).unwrap();
         let body = voxel_person();
         let rig = body.shaped(&[]);

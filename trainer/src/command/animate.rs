@@ -1,9 +1,10 @@
 //! `crease animate`.
 
 use super::read_avatar;
+use super::shown::Shown;
 use anyhow::{bail, ensure};
 use clap::{Args, ValueEnum};
-use crease::animate::{Animator, Options, Stage};
+use crease::animate::{Animator, Stage};
 use crease::motion::Motion;
 use crease_trainer::animation::{Length, UsdaFile, bake, skinned_glb};
 use crease_trainer::files::write_whole;
@@ -28,15 +29,8 @@ pub struct Arguments {
     /// Kind of the files [default: as the output's name ends, or else ply]
     #[arg(long, value_enum)]
     pub format: Option<Format>,
-    /// How far down the pipeline to go
-    #[arg(long, value_enum, default_value_t = StageName::Detailed)]
-    pub stage: StageName,
-    /// 0 is the base, 1 as trained, 2 exaggerated
-    #[arg(long, default_value_t = 1.0)]
-    pub detail: f32,
-    /// What poses far from training wear: 0 what is likeliest, which is smooth; 1 the folds of the nearest training poses
-    #[arg(long, default_value_t = 1.0)]
-    pub liveliness: f32,
+    #[command(flatten)]
+    pub shown: Shown,
 }
 
 /// Kind of file.
@@ -81,40 +75,13 @@ impl Format {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum StageName {
-    /// The skinned body
-    Body,
-    /// The pose-dependent base mesh
-    Base,
-    /// The detailed mesh
-    Detailed,
-}
-
-impl StageName {
-    pub fn stage(self) -> Stage {
-        match self {
-            Self::Body => Stage::Body,
-            Self::Base => Stage::Base,
-            Self::Detailed => Stage::Detailed,
-        }
-    }
-}
-
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    ensure!(arguments.detail.is_finite(), "--detail: expected a finite number, found {}", arguments.detail);
+    let options = arguments.shown.options()?;
     let mut animator = Animator::new(Arc::new(read_avatar(&arguments.avatar)?))?;
     let motion = Motion::read(&read(&arguments.motion)?, &arguments.motion.display().to_string(), arguments.fps)?;
     for note in &motion.notes {
         eprintln!("note: {note}");
     }
-    let options = Options {
-        stage: arguments.stage.stage(),
-        detail: arguments.detail,
-        liveliness: arguments.liveliness,
-        warm_start: true,
-        ..Options::default()
-    };
     let output = &arguments.output;
     let bar = Progress::Bars.bar("animating", motion.poses.len());
     let what = match Format::wanted(arguments)? {
@@ -130,7 +97,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         (Format::Glb, true) => {
             ensure!(
-                arguments.stage.stage() == Stage::Detailed && arguments.detail == 1.0,
+                options.stage == Stage::Detailed && options.detail == 1.0,
                 "--stage, --detail: expected none where the detail is baked into one file"
             );
             let figure = bake(&mut animator, &motion.poses)?;

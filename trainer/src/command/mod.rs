@@ -12,6 +12,7 @@ pub mod inspect;
 pub mod register;
 pub mod render;
 pub mod report;
+mod shown;
 pub mod train;
 pub mod transfer;
 

@@ -1,10 +1,10 @@
 //! `crease render`.
 
-use super::animate::StageName;
 use super::read_avatar;
+use super::shown::Shown;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
-use crease::animate::{Animator, Options};
+use crease::animate::Animator;
 use crease::motion::Motion;
 use crease::render::{Follow, Scene, Theme, View};
 use crease_trainer::files::write_whole;
@@ -40,15 +40,8 @@ pub struct Arguments {
     /// Pixels; even numbers for films
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "720x900", value_parser = parse_size)]
     pub size: [u32; 2],
-    /// How far down the pipeline to go
-    #[arg(long, value_enum, default_value_t = StageName::Detailed)]
-    pub stage: StageName,
-    /// 0 is the base, 1 as trained, 2 exaggerated
-    #[arg(long, default_value_t = 1.0)]
-    pub detail: f32,
-    /// What poses far from training wear: 0 what is likeliest, which is smooth; 1 the folds of the nearest training poses
-    #[arg(long, default_value_t = 1.0)]
-    pub liveliness: f32,
+    #[command(flatten)]
+    pub shown: Shown,
     /// What the surface's colours tell
     #[arg(long, value_enum, default_value_t = ViewName::Lit)]
     pub view: ViewName,
@@ -85,7 +78,7 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    ensure!(arguments.detail.is_finite(), "--detail: expected a number, found {}", arguments.detail);
+    let options = arguments.shown.options()?;
     ensure!(
         arguments.picture_rate.is_finite() && arguments.picture_rate > 0.0,
         "--picture-rate: expected a positive number, found {}",
@@ -101,13 +94,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut animator = Animator::new(Arc::clone(&avatar))?;
     let triangles = animator.triangles().to_vec();
     let mut figure = studio.dressed(&animator)?;
-    let options = Options {
-        stage: arguments.stage.stage(),
-        detail: arguments.detail,
-        liveliness: arguments.liveliness,
-        warm_start: true,
-        ..Options::default()
-    };
     let mut scene = scene(arguments);
     let seconds = motion.loop_duration();
     let count = ((seconds * arguments.picture_rate) as usize).max(1);

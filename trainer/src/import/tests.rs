@@ -2,25 +2,9 @@ use super::*;
 use crate::mesh_file::MeshFormat;
 use crate::sequence::{Axis, Capture, Reading, Sequence};
 use crate::shapes::sphere;
+use crate::test_folder::Folder;
 use crease::numpy::{Array, Compression, write_npz};
 use glam::Vec3A;
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("crease-import-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 fn source(folder: &Path, scans: Option<PathBuf>) -> Source {
     let (name, orientation) = ("walk".to_owned(), Orientation::default());
@@ -48,7 +32,7 @@ fn pose(frame: usize) -> [(&'static str, Array); 2] {
 
 #[test]
 fn cape_becomes_a_sequence() {
-    let folder = Folder::new("cape");
+    let folder = Folder::new("import-cape");
     let scans = folder.0.join("scans");
     fs::create_dir_all(&scans).unwrap();
     let mesh = sphere(0.9, 2);
@@ -74,7 +58,7 @@ fn cape_becomes_a_sequence() {
 
 #[test]
 fn packed_files_become_a_sequence_with_a_body() {
-    let folder = Folder::new("packed");
+    let folder = Folder::new("import-packed");
     for frame in 0..2 {
         let points = Array::new(&[4, 3], (0..12).map(|i| 0.1 * i as f32).collect::<Vec<f32>>());
         let normals = Array::new(&[4, 3], [0f32, 1.0, 0.0].repeat(4));
@@ -97,7 +81,7 @@ fn packed_files_become_a_sequence_with_a_body() {
 
 #[test]
 fn scans_and_poses_with_z_up_are_turned_when_they_are_read() {
-    let folder = Folder::new("z-up");
+    let folder = Folder::new("import-z-up");
     let points = Array::new(&[4, 3], (0..12).map(|i| 0.1 * i as f32).collect::<Vec<f32>>());
     let normals = Array::new(&[4, 3], [0f32, 0.0, 1.0].repeat(4));
     let [pose, translation] = pose(1);

@@ -84,7 +84,7 @@ fn posed(rig: &Rig, pose: &Pose) -> (Vec<Vec3A>, Vec<Vec3A>) {
     let transforms = posed_from_rest(rig, pose);
     let mut rest = rig.rest.clone();
     rig.add_pose_blend_shapes(pose, &mut rest);
-    let vertices = (0..rest.len()).map(|v| rig.skin.blend(v, &transforms).transform_point3a(rest[v])).collect();
+    let vertices = rig.skin.posed(&rest, &transforms);
     let joints = transforms.iter().zip(&rig.rest_joints).map(|(a, &joint)| a.transform_point3a(joint)).collect();
     (vertices, joints)
 }

@@ -114,8 +114,7 @@ impl<'a> ArticulatedBody<'a> {
             .collect();
         let mut rest = rig.rest.clone();
         rig.add_pose_blend_shapes(&state.pose, &mut rest);
-        let vertices: Vec<Vec3A> =
-            (0..rest.len()).map(|v| rig.skin.blend(v, &posed_from_rest).transform_point3a(rest[v])).collect();
+        let vertices = rig.skin.posed(&rest, &posed_from_rest);
         let mut normals = vec![Vec3A::ZERO; vertices.len()];
         vertex_normals(&vertices, &self.body.triangles, &mut normals);
         let joint_by_shape = match with_shape {

@@ -57,13 +57,14 @@ pub fn read_body(path: &Path) -> Result<WrittenBody, ReadError> {
             "none".into(),
         ));
     }
-    // The rate tells only when a pose is shown.
-    const ANY_RATE: f32 = 60.0;
     let up = read_up(&mut archive)?;
-    Ok(WrittenBody {
-        parameters: BodyParameters { betas, poses: Motion::read(&bytes, &file, Some(ANY_RATE))?.poses },
-        up,
-    })
+    Ok(WrittenBody { parameters: BodyParameters { betas, poses: poses(&bytes, &file)? }, up })
+}
+
+/// The poses of a motion, whatever its rate: that tells only when one is shown.
+fn poses(bytes: &[u8], file: &str) -> Result<Vec<Pose>, ReadError> {
+    const ANY_RATE: f32 = 60.0;
+    Ok(Motion::read(bytes, file, Some(ANY_RATE))?.poses)
 }
 
 /// What a file of poses says about what is up.
@@ -82,10 +83,7 @@ pub fn read_first_pose(path: &Path, otherwise: Up, root: Vec3A) -> Result<Option
     let bytes = read(path)?;
     let file = path.display().to_string();
     let up = read_up(&mut Archive::open(&bytes, &file)?)?.unwrap_or(otherwise);
-    // The rate tells only when a pose is shown.
-    const ANY_RATE: f32 = 60.0;
-    let motion = Motion::read(&bytes, &file, Some(ANY_RATE))?;
-    Ok(motion.poses.first().map(|pose| up.pose_to_y(pose, root)))
+    Ok(poses(&bytes, &file)?.first().map(|pose| up.pose_to_y(pose, root)))
 }
 
 /// Writes shape and poses: `betas (B,)`, `poses (T, 72)` axis-angle, `trans (T, 3)` metres, `up (3,)`, `mocap_framerate`. The file is whole or

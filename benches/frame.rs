@@ -190,7 +190,7 @@ impl Problem {
 
     fn solver(&self) -> Solver {
         let Avatar { anchors, anchor_weight, factor, .. } = &self.avatar;
-        Solver::new(&self.subdivision, anchors, *anchor_weight, factor.clone()).expect("the avatar's own factor")
+        Solver::new(&self.subdivision, anchors, *anchor_weight, factor).expect("the avatar's own factor")
     }
 
     /// LᵀL + w_a S and Lᵀ r in double precision.

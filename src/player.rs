@@ -158,7 +158,7 @@ impl Player {
     /// Sets up the solver, unless that is done; the next frame is posed anew.
     pub fn prepare_detail(&mut self) -> Result<(), AvatarError> {
         if let Prepared::Base(base) = &self.prepared {
-            self.prepared = Prepared::Detailed(Animator::over(base.clone())?);
+            self.prepared = Prepared::Detailed(Animator::over(base.anew())?);
             self.pose_again();
         }
         Ok(())

@@ -14,14 +14,14 @@ pub struct PosedSurface {
 }
 
 impl PosedSurface {
-    /// Room for all levels of `subdivision`.
+    /// For all levels of `subdivision`; the first pose makes the room that it needs.
     pub fn new(subdivision: &Subdivision) -> Self {
-        let counts: Vec<usize> = (0..=subdivision.level_count()).map(|level| subdivision.vertex_count(level)).collect();
+        let level_count = subdivision.level_count() + 1;
         Self {
             posed_from_rest: Vec::new(),
-            blended: vec![Affine3A::IDENTITY; counts[0]],
-            positions: counts.iter().map(|&count| vec![Vec3A::ZERO; count]).collect(),
-            rotations: vec![Vec::new(); counts.len()],
+            blended: Vec::new(),
+            positions: vec![Vec::new(); level_count],
+            rotations: vec![Vec::new(); level_count],
         }
     }
 
@@ -37,8 +37,12 @@ impl PosedSurface {
         scheme: Scheme,
         level: usize,
     ) {
+        for (level, positions) in self.positions[..=level].iter_mut().enumerate() {
+            positions.resize(subdivision.vertex_count(level), Vec3A::ZERO);
+        }
         let posed = &mut self.positions[0];
         posed.copy_from_slice(&rig.rest);
+        self.blended.resize(posed.len(), Affine3A::IDENTITY);
         for (position, offset) in posed.iter_mut().zip(offsets) {
             *position += *offset;
         }

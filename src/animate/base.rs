@@ -11,7 +11,6 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// An avatar made ready to move as far as its base mesh: topology and f_d, no solver.
-#[derive(Clone)]
 pub struct BaseAnimator {
     pub(super) avatar: Arc<Avatar>,
     pub(super) subdivision: Arc<Subdivision>,
@@ -39,6 +38,18 @@ impl BaseAnimator {
             subdivision: Arc::new(subdivision),
             avatar,
         })
+    }
+
+    /// The same avatar, with room of its own, which its first frame makes.
+    pub fn anew(&self) -> Self {
+        Self {
+            avatar: Arc::clone(&self.avatar),
+            subdivision: Arc::clone(&self.subdivision),
+            domain: self.domain.clone(),
+            surface: PosedSurface::new(&self.subdivision),
+            scratch: Scratch::default(),
+            offsets: self.offsets.clone(),
+        }
     }
 
     /// Poses the base, or the body where `options` ask for it, and tells `observe` of each part when it is done. The detailed stage is not

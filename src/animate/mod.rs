@@ -109,12 +109,13 @@ impl Animator {
         let (avatar, subdivision) = (base.avatar(), base.subdivision());
         let finest_level = subdivision.level_count();
         let laplacian_level = avatar.laplacian.level();
-        let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, subdivision);
+        let finest_domain = laplacian_level.max(avatar.deformation.level());
+        let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, subdivision, finest_domain);
         let joint_count = avatar.rig.parents.len();
         if let Some(vertex) = avatar.laplacian.not_finite_at_rest(&domains[laplacian_level], joint_count) {
             return Err(AvatarError::not_finite(&avatar.name, "laplacian", vertex));
         }
-        let solver = Solver::new(subdivision, &avatar.anchors, avatar.anchor_weight, avatar.factor.clone())
+        let solver = Solver::new(subdivision, &avatar.anchors, avatar.anchor_weight, &avatar.factor)
             .map_err(|error| AvatarError::from_factor(&avatar.name, &error))?;
         let solver_levels = solver.coarsest_level()..=finest_level;
         let scales_per_area =
@@ -244,7 +245,7 @@ impl Animator {
         self.base.subdivision()
     }
 
-    /// Query points and masks of all levels.
+    /// Query points and masks of all levels up to the finest on which f_d or f_l stands.
     pub fn domains(&self) -> &[Domain] {
         &self.domains
     }

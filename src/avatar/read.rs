@@ -263,7 +263,7 @@ impl Reader<'_> {
                     regions: self.regions(regions, &coefficients, &recalled, centre_count, field)?,
                     mean: self.floats(mean, &name("mean"), &[Some(row_vertices.len()), Some(3)])?,
                     row_vertices,
-                    basis: basis_bytes.iter().map(|&byte| byte as i8).collect(),
+                    basis: basis_bytes.into_owned().into_iter().map(|byte| byte as i8).collect(),
                     basis_step,
                 }))
             }

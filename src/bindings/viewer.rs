@@ -101,6 +101,8 @@ impl Viewer {
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: Vec<u8>, name: String) -> Result<Viewer, Error> {
         let avatar = Avatar::read(&bytes, &name).map_err(|error| named("avatar", &error))?;
+        // Memory of wasm never shrinks: what follows takes the file's place.
+        drop(bytes);
         let player = Player::with_base(Arc::new(avatar)).map_err(|error| named("avatar", &error))?;
         Ok(Self {
             name,

@@ -1,7 +1,7 @@
 //! The coarsest level, solved by two products with W = L⁻¹.
 
 use super::inverse_factor::{InverseFactor, NONE};
-use super::kernel::{Dispatch, Gpu, Kernel, Shader, WORKGROUP_LIMIT, numbered, storage_of, vectors};
+use super::kernel::{Dispatch, Gpu, Kernel, Shader, WORKGROUP_LIMIT, numbered, storage, storage_of, vectors};
 use crate::solver::FactorParts;
 use crate::wgsl::wgsl;
 use wgpu::Buffer;
@@ -56,13 +56,17 @@ impl GpuCoarseSolve {
                 (rows[i].run_end, rows[i].next_run) = (rows[i + 1].run_end, rows[i + 1].next_run);
             }
         }
+        let values = storage(gpu, "coarse solve: values", 2 * inverse.offsets[count]);
+        inverse.for_each_rows(factor, |offset, rows| {
+            gpu.queue.write_buffer(&values, 2 * offset as u64, bytemuck::cast_slice(rows));
+        });
         let vertices: Vec<u32> = inverse.steps.iter().map(|&step| factor.permutation[step as usize]).collect();
         let shader = Shader::new(gpu, "coarse solve", SOURCE);
         Self {
             forward: shader.kernel("forward"),
             backward: shader.kernel("backward"),
             rows: storage_of(gpu, "coarse solve: rows", &rows),
-            values: storage_of(gpu, "coarse solve: values", &inverse.values),
+            values,
             vertices: storage_of(gpu, "coarse solve: vertices", &vertices),
             between: vectors(gpu, "coarse solve: between", count),
             count,

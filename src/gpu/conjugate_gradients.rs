@@ -72,7 +72,7 @@ impl GpuSolvers {
             history: GpuHistory::new(gpu, subdivision.vertex_count(finest_level)),
             lone: multigrid.levels.is_empty().then(|| {
                 let unused = vec![0.0; subdivision.vertex_count(finest_level)];
-                GpuOperator::new(gpu, &solver.operator_parts(), &unused, [0.0; 2], subdivision, finest_level)
+                GpuOperator::new(gpu, &solver.operator_parts(), &unused, [0.0; 2])
             }),
             multigrid,
             finest_level,

@@ -10,41 +10,39 @@ use half::f16;
 /// "None" among steps.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// The elimination tree in postorder, and W row by row.
+/// The elimination tree in postorder, and where the rows of W lie one after the other.
 pub(super) struct InverseFactor {
     /// Step of the factor at each place of the postorder.
     pub steps: Vec<u32>,
+    /// Place of each step.
+    places: Vec<u32>,
     /// Parent of each place; later than the place itself.
     pub parents: Vec<u32>,
-    /// First place of the subtree of each place.
+    /// First place of the subtree of each place: row i has the columns `first_columns[i] ..= i`.
     pub first_columns: Vec<u32>,
-    /// Row i starts here in `values`; one more at the end.
+    /// Where each row begins among all values, an even number; one more at the end.
     pub offsets: Vec<usize>,
-    /// Columns `first_columns[i] ..= i` of each row i.
-    pub values: Vec<f16>,
 }
 
 impl InverseFactor {
-    /// How many values [`Self::new`] will make: the sum of the subtrees' sizes.
+    /// How many values the rows of W take.
     pub fn value_count(factor: &FactorParts<'_>) -> usize {
         let mut sizes = vec![1usize; factor.permutation.len()];
         for j in 0..sizes.len() {
-            if let Some(&parent) = factor.pattern.rows[factor.pattern.column(j)].first() {
+            if let Some(parent) = factor.parent(j) {
                 sizes[parent as usize] += sizes[j];
             }
         }
-        sizes.iter().sum()
+        sizes.into_iter().map(padded).sum()
     }
 
-    /// Columns side by side: a block of them solves L w = e_j at once. What the block's columns fill beyond the block are the rows of its
-    /// last one, as the subtree of a common ancestor is a run of places.
     pub fn new(factor: &FactorParts<'_>) -> Self {
         let (steps, places) = postorder(factor);
         let count = steps.len();
         let mut parents = vec![NONE; count];
         let mut first_columns: Vec<u32> = (0..count as u32).collect();
         for (place, &step) in steps.iter().enumerate() {
-            if let Some(&parent) = factor.pattern.rows[factor.pattern.column(step as usize)].first() {
+            if let Some(parent) = factor.parent(step as usize) {
                 let parent = places[parent as usize];
                 parents[place] = parent;
                 first_columns[parent as usize] = first_columns[parent as usize].min(first_columns[place]);
@@ -52,10 +50,22 @@ impl InverseFactor {
         }
         let mut offsets = vec![0];
         for (i, &first) in first_columns.iter().enumerate() {
-            offsets.push(offsets[i] + i + 1 - first as usize);
+            offsets.push(offsets[i] + padded(i + 1 - first as usize));
         }
-        let mut values = vec![f16::ZERO; offsets[count]];
+        Self { steps, places, parents, first_columns, offsets }
+    }
+
+    /// Makes W and hands its rows, some at a time and in their order, to `take`: where they begin among all values, and the values.
+    ///
+    /// Columns side by side: a block of them solves L w = e_j at once. What the block's columns fill beyond the block are the rows of its
+    /// last one, as the subtree of a common ancestor is a run of places. So after a block its own rows are whole, and only those of its last
+    /// one's ancestors wait: W, millions of values, is never in memory as a whole.
+    pub fn for_each_rows(&self, factor: &FactorParts<'_>, mut take: impl FnMut(usize, &[f16])) {
+        let Self { steps, places, parents, first_columns, offsets } = self;
+        let count = steps.len();
         let mut rows = vec![Row::default(); count];
+        let mut values: Vec<Vec<f16>> = vec![Vec::new(); count];
+        let mut whole = Vec::new();
         for first in (0..count).step_by(LANES) {
             let last = (first + LANES).min(count) - 1;
             let mut next = Some(first);
@@ -64,22 +74,27 @@ impl InverseFactor {
                 if i <= last {
                     row.as_mut()[i - first] += 1.0;
                 }
-                let column = factor.pattern.column(steps[i] as usize);
-                for (&below, &value) in factor.pattern.rows[column.clone()].iter().zip(&factor.values[column]) {
+                for (below, value) in factor.column(steps[i] as usize) {
                     rows[places[below as usize] as usize].subtract(value, &row);
                 }
                 let columns = first.max(first_columns[i] as usize)..=last.min(i);
-                let start = offsets[i] + columns.start() - first_columns[i] as usize;
-                for (value, &lane) in
-                    values[start..].iter_mut().zip(&row.as_mut()[columns.start() - first..=columns.end() - first])
-                {
-                    *value = f16::from_f32(lane);
-                }
+                let lanes = &row.as_mut()[columns.start() - first..=columns.end() - first];
+                values[i].extend(lanes.iter().map(|&lane| f16::from_f32(lane)));
                 next = if i < last { Some(i + 1) } else { Some(parents[i] as usize).filter(|_| parents[i] != NONE) };
             }
+            whole.clear();
+            for (row, end) in values[first..=last].iter_mut().zip(&offsets[first + 1..]) {
+                whole.append(&mut std::mem::take(row));
+                whole.resize(end - offsets[first], f16::ZERO);
+            }
+            take(offsets[first], &whole);
         }
-        Self { steps, parents, first_columns, offsets, values }
     }
+}
+
+/// Rows begin at whole words.
+fn padded(length: usize) -> usize {
+    length.next_multiple_of(2)
 }
 
 /// Columns that are made together.
@@ -107,8 +122,8 @@ fn postorder(factor: &FactorParts<'_>) -> (Vec<u32>, Vec<u32>) {
     let (mut first_child, mut next_sibling) = (vec![NONE; count], vec![NONE; count]);
     let mut roots = Vec::new();
     for j in (0..count).rev() {
-        match factor.pattern.rows[factor.pattern.column(j)].first() {
-            Some(&parent) => next_sibling[j] = std::mem::replace(&mut first_child[parent as usize], j as u32),
+        match factor.parent(j) {
+            Some(parent) => next_sibling[j] = std::mem::replace(&mut first_child[parent as usize], j as u32),
             None => roots.push(j as u32),
         }
     }

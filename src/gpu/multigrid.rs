@@ -3,8 +3,8 @@
 use super::coarse_solve::GpuCoarseSolve;
 use super::kernel::{Dispatch, Gpu, vectors};
 use super::normal_operator::{GpuOperator, OperatorKernels};
-use super::sparse::{GpuMatrix, LoopMatrices, SparseKernels, stencils};
-use crate::mesh::{Scheme, Subdivision};
+use super::sparse::{GpuMatrix, LoopMatrices, SparseKernels};
+use crate::mesh::Subdivision;
 use crate::solver::{LevelParts, Solver};
 use wgpu::Buffer;
 
@@ -33,12 +33,11 @@ pub(super) struct GpuMultigrid {
 }
 
 impl GpuLevel {
-    fn new(gpu: &Gpu, level: &LevelParts<'_>, loops: &LoopMatrices, subdivision: &Subdivision, index: usize) -> Self {
-        let restriction = stencils(subdivision, Scheme::Loop, index - 1).transposed();
+    fn new(gpu: &Gpu, level: &LevelParts<'_>, loops: &LoopMatrices, index: usize) -> Self {
         Self {
-            operator: GpuOperator::new(gpu, &level.operator, level.scaling, level.weights, subdivision, index),
+            operator: GpuOperator::new(gpu, &level.operator, level.scaling, level.weights),
             prolongation: loops.upwards(index - 1).clone(),
-            restriction: GpuMatrix::new(gpu, &restriction),
+            restriction: loops.downwards(index - 1).clone(),
             steps: level.steps,
         }
     }
@@ -61,7 +60,7 @@ impl GpuMultigrid {
         let levels = solver.level_parts().enumerate();
         let fields = (0..=finest).rev().map(|level| LevelFields::new(gpu, subdivision.vertex_count(level)));
         Self {
-            levels: levels.map(|(i, level)| GpuLevel::new(gpu, &level, loops, subdivision, finest - i)).collect(),
+            levels: levels.map(|(i, level)| GpuLevel::new(gpu, &level, loops, finest - i)).collect(),
             fields: fields.collect(),
             coarse_solve: GpuCoarseSolve::new(gpu, &solver.factor_parts()),
             sparse: SparseKernels::new(gpu),

@@ -1,9 +1,7 @@
 //! A = c LᵀL + BᵀB on one level, and its smoother.
 
 use super::kernel::{Dispatch, Gpu, Kernel, Shader, storage_of, uniform_of, vectors};
-use super::sparse::entries;
 use super::topology::GpuRings;
-use crate::mesh::{Adjacency, Subdivision};
 use crate::solver::OperatorParts;
 use crate::wgsl::wgsl;
 use wgpu::Buffer;
@@ -43,22 +41,15 @@ impl OperatorKernels {
 }
 
 impl GpuOperator {
-    /// The operator of `level`; `scaling` and `weights` are the smoother's a, α and β.
-    pub fn new(
-        gpu: &Gpu,
-        operator: &OperatorParts<'_>,
-        scaling: &[f32],
-        weights: [f32; 2],
-        subdivision: &Subdivision,
-        level: usize,
-    ) -> Self {
-        let vertex_count = subdivision.vertex_count(level);
+    /// `scaling` and `weights` are the smoother's a, α and β.
+    pub fn new(gpu: &Gpu, operator: &OperatorParts<'_>, scaling: &[f32], weights: [f32; 2]) -> Self {
+        let vertex_count = operator.vertex_count();
         let anchors = operator.anchors.transposed().times(operator.anchors);
         Self {
             level: uniform_of(gpu, "operator", &[operator.scale, weights[0], weights[1], 0.0]),
-            rings: GpuRings::new(gpu, &Adjacency::new(vertex_count, subdivision.triangles(level))),
+            rings: GpuRings::new(gpu, (0..vertex_count).map(|vertex| operator.neighbours(vertex))),
             anchor_offsets: storage_of(gpu, "operator: anchors' offsets", &anchors.offsets),
-            anchor_entries: storage_of(gpu, "operator: anchors", &entries(&anchors)),
+            anchor_entries: storage_of(gpu, "operator: anchors", &anchors.entries),
             scaling: storage_of(gpu, "operator: scaling", scaling),
             middle: vectors(gpu, "operator: middle", vertex_count),
             vertex_count,

@@ -1,7 +1,7 @@
 //! Turning δ from the rest pose's frame into the posed one.
 
 use super::kernel::{Dispatch, Gpu, Shader, storage_of};
-use super::sparse::{entries, stencils};
+use super::sparse::stencils;
 use crate::body::Skin;
 use crate::mesh::{Scheme, SparseMatrix, Subdivision};
 use crate::wgsl::wgsl;
@@ -25,7 +25,7 @@ pub(super) fn rotate(
         &[
             (0, frame),
             (1, &storage_of(gpu, "rotation: offsets", &influences.offsets)),
-            (2, &storage_of(gpu, "rotation: influences", &entries(&influences))),
+            (2, &storage_of(gpu, "rotation: influences", &influences.entries)),
             (3, vectors),
         ],
     )

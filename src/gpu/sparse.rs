@@ -26,30 +26,42 @@ impl GpuMatrix {
     pub fn new(gpu: &Gpu, matrix: &SparseMatrix) -> Self {
         Self {
             offsets: storage_of(gpu, "matrix: offsets", &matrix.offsets),
-            entries: storage_of(gpu, "matrix: entries", &entries(matrix)),
+            entries: storage_of(gpu, "matrix: entries", &matrix.entries),
             row_count: matrix.row_count(),
         }
     }
 }
 
-/// Loop's stencils between all levels: they refine δ and the displacement, and lead up from the solver's coarser levels.
-pub(super) struct LoopMatrices(Vec<GpuMatrix>);
+/// Loop's stencils between all levels: they refine δ and the displacement, and lead between the solver's levels.
+pub(super) struct LoopMatrices(Vec<Transfer>);
+
+/// Between a level and the next.
+struct Transfer {
+    upwards: GpuMatrix,
+    downwards: GpuMatrix,
+}
 
 impl LoopMatrices {
     pub fn new(gpu: &Gpu, subdivision: &Subdivision) -> Self {
-        let levels = 0..subdivision.level_count();
-        Self(levels.map(|level| GpuMatrix::new(gpu, &stencils(subdivision, Scheme::Loop, level))).collect())
+        let transfer = |level| {
+            let stencils = subdivision.loop_matrix(level);
+            Transfer { upwards: GpuMatrix::new(gpu, &stencils), downwards: GpuMatrix::new(gpu, &stencils.transposed()) }
+        };
+        // The largest first: the others' lists find room where its were.
+        let mut transfers: Vec<Transfer> = (0..subdivision.level_count()).rev().map(transfer).collect();
+        transfers.reverse();
+        Self(transfers)
     }
 
     /// From `level` to the next.
     pub fn upwards(&self, level: usize) -> &GpuMatrix {
-        &self.0[level]
+        &self.0[level].upwards
     }
-}
 
-/// (column, bits of the value), as the shaders read them.
-pub(super) fn entries(matrix: &SparseMatrix) -> Vec<[u32; 2]> {
-    matrix.columns.iter().zip(&matrix.values).map(|(&column, value)| [column, value.to_bits()]).collect()
+    /// From the next level to `level`: the transpose.
+    pub fn downwards(&self, level: usize) -> &GpuMatrix {
+        &self.0[level].downwards
+    }
 }
 
 /// What [`Subdivision::refine`] applies, from `level` to the next.

@@ -1,7 +1,7 @@
 //! Who is whose neighbour on a level, in GPU buffers.
 
 use super::kernel::{Gpu, storage_of};
-use crate::mesh::{Adjacency, Triangle};
+use crate::mesh::Triangle;
 use wgpu::Buffer;
 
 /// Neighbours of each vertex in compressed rows.
@@ -18,10 +18,19 @@ pub(super) struct GpuCorners {
 }
 
 impl GpuRings {
-    pub fn new(gpu: &Gpu, adjacency: &Adjacency) -> Self {
+    /// From the neighbours of each vertex.
+    pub fn new(gpu: &Gpu, rings: impl ExactSizeIterator<Item: Iterator<Item = u32>>) -> Self {
+        let mut offsets = Vec::with_capacity(rings.len() + 1);
+        // Six is the mean on closed meshes, nearly.
+        let mut neighbours = Vec::with_capacity(6 * rings.len());
+        offsets.push(0);
+        for ring in rings {
+            neighbours.extend(ring);
+            offsets.push(neighbours.len() as u32);
+        }
         Self {
-            offsets: storage_of(gpu, "rings: offsets", &adjacency.offsets),
-            neighbours: storage_of(gpu, "rings: neighbours", &adjacency.neighbours),
+            offsets: storage_of(gpu, "rings: offsets", &offsets),
+            neighbours: storage_of(gpu, "rings: neighbours", &neighbours),
         }
     }
 }

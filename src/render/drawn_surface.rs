@@ -4,7 +4,7 @@
 //! one and corner by corner, which gives the body vertex of every drawn vertex of the finest level.
 
 use crate::avatar::{Appearance, AvatarError};
-use crate::mesh::{Scheme, Subdivision, Triangle, VertexValue};
+use crate::mesh::{EdgeIndex, Triangle, VertexValue};
 use crease_posing::order::sort;
 use glam::{Vec2, Vec3};
 
@@ -47,28 +47,27 @@ impl DrawnSurface {
     /// colours lie in the middle of their edge. `name` is the avatar's, for messages.
     pub fn new(appearance: &Appearance, body_triangles: &[Triangle], name: &str) -> Result<Self, AvatarError> {
         let level_count = level_count(appearance.drawn_triangles.len(), body_triangles.len(), name)?;
-        let count = appearance.drawn_vertices.len();
-        let subdivision = Subdivision::new(count, &appearance.drawn_triangles, level_count);
         let mut coordinates = texture_coordinates(appearance);
         let mut colours = colours(appearance);
+        let mut levels = vec![appearance.drawn_triangles.clone()];
         for level in 0..level_count {
-            coordinates = refined(&subdivision, level, &coordinates);
-            colours = refined(&subdivision, level, &colours);
+            let index = EdgeIndex::new(coordinates.len(), &levels[level]);
+            let edges = index.edges();
+            add_middles(&mut coordinates, &edges);
+            add_middles(&mut colours, &edges);
+            levels.push(index.split(&levels[level]));
         }
-        let finest = subdivision.triangles(level_count);
-        let body_vertices = body_vertices(coordinates.len(), finest, body_triangles);
-        let vertices = coordinates
-            .iter()
-            .zip(&colours)
-            .zip(body_vertices)
-            .map(|((coordinates, colour), body_vertex)| DrawnVertex {
-                body_vertex,
-                texture_coordinates: coordinates.to_array(),
-                colour: [colour.x.round() as u8, colour.y.round() as u8, colour.z.round() as u8, 255],
-            })
-            .collect();
-        let levels = (0..=level_count).map(|level| subdivision.triangles(level).to_vec()).collect();
-        Ok(Self { vertices, levels })
+        let body_vertices = body_vertices(coordinates.len(), &levels[level_count], body_triangles);
+        let vertices =
+            coordinates.iter().zip(&colours).zip(body_vertices).map(|((coordinates, colour), body_vertex)| {
+                let [red, green, blue] = colour.to_array().map(|number| number.round() as u8);
+                DrawnVertex {
+                    body_vertex,
+                    texture_coordinates: coordinates.to_array(),
+                    colour: [red, green, blue, 255],
+                }
+            });
+        Ok(Self { vertices: vertices.collect(), levels })
     }
 }
 
@@ -111,10 +110,12 @@ fn colours(appearance: &Appearance) -> Vec<Vec3> {
     colours
 }
 
-fn refined<T: VertexValue + Default>(subdivision: &Subdivision, level: usize, coarse: &[T]) -> Vec<T> {
-    let mut fine = vec![T::default(); subdivision.vertex_count(level + 1)];
-    subdivision.refine(Scheme::Midpoint, level, coarse, &mut fine);
-    fine
+/// Appends what lies in the middle of each edge.
+fn add_middles<T: VertexValue>(values: &mut Vec<T>, edges: &[[u32; 2]]) {
+    values.reserve_exact(edges.len());
+    for &[a, b] in edges {
+        values.push((values[a as usize] + values[b as usize]) * 0.5);
+    }
 }
 
 /// The body vertex of each drawn vertex, read off corresponding corners.
@@ -131,6 +132,7 @@ fn body_vertices(drawn_count: usize, drawn: &[Triangle], body: &[Triangle]) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::{Scheme, Subdivision};
 
     /// Two triangles that share the edge 1–2, torn apart along it by a texture seam: six drawn vertices for four of the body.
     const BODY: [Triangle; 2] = [[0, 1, 2], [2, 1, 3]];
@@ -152,7 +154,9 @@ mod tests {
         let subdivision = Subdivision::new(4, &BODY, levels);
         let mut positions = POSITIONS.to_vec();
         for level in 0..levels {
-            positions = refined(&subdivision, level, &positions);
+            let mut fine = vec![Vec2::ZERO; subdivision.vertex_count(level + 1)];
+            subdivision.refine(Scheme::Midpoint, level, &positions, &mut fine);
+            positions = fine;
         }
         (subdivision.triangles(levels).to_vec(), positions)
     }

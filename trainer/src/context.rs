@@ -99,7 +99,7 @@ impl TrainContext {
         let rig = body.shaped(&first.betas);
         let level_count = options.level_count as usize;
         let subdivision = Subdivision::new(body.template.len(), &body.triangles, level_count);
-        let domains = Domain::levels(&body.template, &body.skin, &subdivision);
+        let domains = Domain::levels(&body.template, &body.skin, &subdivision, level_count);
         let finest = &domains[level_count].canonical;
         let mut areas = vec![0.0; finest.len()];
         mixed_voronoi_areas(finest, subdivision.triangles(level_count), &mut areas);

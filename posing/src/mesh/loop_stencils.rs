@@ -1,8 +1,9 @@
 //! Loop's subdivision stencils (Loop 1987), from the vertices of one level to those of the next.
 
+use super::edge_index::EdgeIndex;
 use super::rings::Rings;
 use super::sparse::SparseMatrix;
-use super::{Adjacency, Triangle, VertexValue};
+use super::{Triangle, VertexValue};
 use crate::order::places_by;
 use glam::Vec3A;
 use std::f32::consts::TAU;
@@ -30,13 +31,10 @@ const OF_CORNER: f32 = 0.125;
 const OF_CREASE: f32 = 0.125;
 
 impl LoopStencils {
-    pub fn new(
-        adjacency: &Adjacency,
-        edges: &[[u32; 2]],
-        triangles: &[Triangle],
-        edge_of: impl Fn(u32, u32) -> u32,
-    ) -> Self {
-        let across = corners_across(edges.len(), triangles, edge_of);
+    /// `edges` are those of `index`, which is of `triangles`.
+    pub fn new(index: &EdgeIndex, edges: &[[u32; 2]], triangles: &[Triangle]) -> Self {
+        let adjacency = index.adjacency();
+        let across = corners_across(index, edges.len(), triangles);
         // At most two are needed, and more than two count as none.
         let mut boundary: Vec<(u32, [u32; 2])> = vec![(0, [0; 2]); adjacency.vertex_count()];
         let boundary_edges = edges.iter().zip(&across).filter(|(_, across)| across.count != 2);
@@ -209,12 +207,12 @@ struct Across {
     corners: [u32; 2],
 }
 
-fn corners_across(edge_count: usize, triangles: &[Triangle], edge_of: impl Fn(u32, u32) -> u32) -> Vec<Across> {
+fn corners_across(index: &EdgeIndex, edge_count: usize, triangles: &[Triangle]) -> Vec<Across> {
     let mut across = vec![Across::default(); edge_count];
     for &[a, b, c] in triangles {
         for (from, to, corner) in [(a, b, c), (b, c, a), (c, a, b)] {
             if from != to {
-                let across = &mut across[edge_of(from, to) as usize];
+                let across = &mut across[index.of(from, to) as usize];
                 if let Some(slot) = across.corners.get_mut(across.count as usize) {
                     *slot = corner;
                 }
@@ -262,8 +260,9 @@ mod tests {
 
             let few = matrix.transposed().times(&matrix);
             let product = stencils.times_from_left(&matrix.transposed());
-            assert_eq!((&product.offsets, &product.columns), (&few.offsets, &few.columns));
-            assert!(product.values.iter().zip(&few.values).all(|(a, b)| (a - b).abs() < 1e-5));
+            assert_eq!((&product.offsets, product.entries.len()), (&few.offsets, few.entries.len()));
+            let mut pairs = product.entries.iter().zip(&few.entries);
+            assert!(pairs.all(|(a, b)| a.column == b.column && (a.value - b.value).abs() < 1e-5));
         }
     }
 }

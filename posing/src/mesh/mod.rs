@@ -1,6 +1,7 @@
 //! Triangle meshes: topology, normals, vertex areas, subdivision.
 
 mod area;
+mod edge_index;
 pub(crate) mod loop_stencils;
 mod normals;
 pub(crate) mod rings;
@@ -11,8 +12,9 @@ pub mod test_meshes;
 mod topology;
 
 pub use area::mixed_voronoi_areas;
+pub use edge_index::EdgeIndex;
 pub use normals::vertex_normals;
-pub use sparse::SparseMatrix;
+pub use sparse::{Entry, SparseMatrix};
 pub use subdivision::{Scheme, Subdivision};
 pub use topology::Adjacency;
 

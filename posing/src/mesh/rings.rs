@@ -29,6 +29,10 @@ impl Rings {
         Self { rows, surplus }
     }
 
+    pub fn vertex_count(&self) -> usize {
+        self.rows.len()
+    }
+
     /// The first six neighbours of vertex `k`, filled up with `k`.
     pub fn row(&self, k: usize) -> &[u32; WIDTH] {
         &self.rows[k]

@@ -3,15 +3,23 @@
 #[cfg(any(test, feature = "fixture"))]
 use glam::Vec3A;
 
+/// A number in a sparse matrix's row, as shaders read it, too.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Entry {
+    /// Where in the row.
+    pub column: u32,
+    /// The number.
+    pub value: f32,
+}
+
 /// A sparse matrix; columns ascend within a row.
 #[derive(Clone, Debug, Default)]
 pub struct SparseMatrix {
-    /// `offsets[i]..offsets[i + 1]` is row i of `columns` and `values`.
+    /// `offsets[i]..offsets[i + 1]` is row i of `entries`.
     pub offsets: Vec<u32>,
-    /// Of each entry.
-    pub columns: Vec<u32>,
     /// The entries, row by row.
-    pub values: Vec<f32>,
+    pub entries: Vec<Entry>,
     /// Number of columns.
     pub column_count: usize,
 }
@@ -21,12 +29,7 @@ impl SparseMatrix {
     pub fn with_capacity(row_count: usize, entry_count: usize, column_count: usize) -> Self {
         let mut offsets = Vec::with_capacity(row_count + 1);
         offsets.push(0);
-        Self {
-            offsets,
-            columns: Vec::with_capacity(entry_count),
-            values: Vec::with_capacity(entry_count),
-            column_count,
-        }
+        Self { offsets, entries: Vec::with_capacity(entry_count), column_count }
     }
 
     /// Number of rows.
@@ -44,15 +47,14 @@ impl SparseMatrix {
                 at -= 1;
             }
         }
-        self.columns.extend(entries.iter().map(|&(column, _)| column));
-        self.values.extend(entries.iter().map(|&(_, value)| value));
-        self.offsets.push(self.columns.len() as u32);
+        self.entries.extend(entries.iter().map(|&(column, value)| Entry { column, value }));
+        self.offsets.push(self.entries.len() as u32);
     }
 
     /// (column, value) of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f32)> + Clone + '_ {
         let range = self.offsets[i] as usize..self.offsets[i + 1] as usize;
-        self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
+        self.entries[range].iter().map(|entry| (entry.column, entry.value))
     }
 
     /// out = M x.
@@ -67,24 +69,22 @@ impl SparseMatrix {
     /// Mᵀ.
     pub fn transposed(&self) -> Self {
         let mut offsets = vec![0u32; self.column_count + 1];
-        for &column in &self.columns {
-            offsets[column as usize + 1] += 1;
+        for entry in &self.entries {
+            offsets[entry.column as usize + 1] += 1;
         }
         for i in 0..self.column_count {
             offsets[i + 1] += offsets[i];
         }
         let mut next = offsets.clone();
-        let mut columns = vec![0; self.columns.len()];
-        let mut values = vec![0.0; self.columns.len()];
+        let mut entries = vec![Entry::default(); self.entries.len()];
         for i in 0..self.row_count() {
             for (column, value) in self.row(i) {
                 let at = &mut next[column as usize];
-                columns[*at as usize] = i as u32;
-                values[*at as usize] = value;
+                entries[*at as usize] = Entry { column: i as u32, value };
                 *at += 1;
             }
         }
-        Self { offsets, columns, values, column_count: self.row_count() }
+        Self { offsets, entries, column_count: self.row_count() }
     }
 
     /// M R. Entries that cancel stay, so that the pattern depends on the patterns alone.
@@ -107,9 +107,9 @@ impl SparseMatrix {
                 }
             }
             row_columns.sort_unstable();
-            product.columns.extend_from_slice(&row_columns);
-            product.values.extend(row_columns.iter().map(|&column| sums[column as usize]));
-            product.offsets.push(product.columns.len() as u32);
+            let entry = |&column: &u32| Entry { column, value: sums[column as usize] };
+            product.entries.extend(row_columns.iter().map(entry));
+            product.offsets.push(product.entries.len() as u32);
         }
         product
     }
@@ -142,7 +142,7 @@ mod tests {
     fn product_keeps_sorted_columns() {
         let gram = example().transposed().times(&example());
         assert_eq!(gram.offsets, [0, 2, 3, 5]);
-        assert_eq!(gram.columns, [0, 2, 1, 0, 2]);
-        assert_eq!(gram.values, [1.0, 2.0, 9.0, 2.0, 4.0]);
+        let expected = [(0, 1.0), (2, 2.0), (1, 9.0), (0, 2.0), (2, 4.0)];
+        assert_eq!(gram.entries, expected.map(|(column, value)| Entry { column, value }));
     }
 }

@@ -1,12 +1,12 @@
 //! ×4 triangle subdivision by edge midpoints or Loop stencils, with one stable vertex numbering for both.
 //!
 //! Level 0 is the given mesh. Level l + 1 keeps the vertices of level l under their indices and appends one vertex for each edge, in
-//! ascending order of the edge's (smaller, larger) vertex pair. Triangle t = [a, b, c] of level l becomes, at 4t .. 4t + 4 of level
-//! l + 1 and in the same orientation, its corners [a, ab, ca], [b, bc, ab], [c, ca, bc] and its middle [ab, bc, ca].
+//! the order of [`EdgeIndex`].
 
+use super::edge_index::EdgeIndex;
 use super::loop_stencils::LoopStencils;
 use super::sparse::SparseMatrix;
-use super::{Adjacency, Triangle, VertexValue};
+use super::{Triangle, VertexValue};
 use glam::Vec3A;
 use std::sync::Arc;
 
@@ -129,33 +129,10 @@ impl Subdivision {
 
 impl Refinement {
     fn new(vertex_count: usize, coarse_triangles: &[Triangle]) -> Self {
-        let adjacency = Adjacency::new(vertex_count, coarse_triangles);
-        let edges = adjacency.edges();
-        // The edges of vertex k towards larger neighbours are consecutive.
-        let mut first_edge = Vec::with_capacity(vertex_count);
-        let mut next = 0;
-        for k in 0..vertex_count {
-            first_edge.push(next);
-            next += adjacency.of(k).iter().filter(|&&j| j as usize > k).count() as u32;
-        }
-        let edge_of = |a: u32, b: u32| {
-            let (smaller, larger) = (a.min(b), a.max(b));
-            let row = adjacency.of(smaller as usize);
-            let is_before = |bound: u32| row.partition_point(|&j| j < bound) as u32;
-            first_edge[smaller as usize] + is_before(larger) - is_before(smaller)
-        };
-
-        let mut triangles = Vec::with_capacity(4 * coarse_triangles.len());
-        for &[a, b, c] in coarse_triangles {
-            // A triangle that names a vertex twice has no such edge; its pieces stay degenerate.
-            let middle = |a: u32, b: u32| {
-                if a == b { a } else { vertex_count as u32 + edge_of(a, b) }
-            };
-            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-            triangles.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-        }
-        let stencils = Arc::new(LoopStencils::new(&adjacency, &edges, coarse_triangles, edge_of));
-        Self { edges, triangles, stencils }
+        let index = EdgeIndex::new(vertex_count, coarse_triangles);
+        let edges = index.edges();
+        let stencils = Arc::new(LoopStencils::new(&index, &edges, coarse_triangles));
+        Self { edges, triangles: index.split(coarse_triangles), stencils }
     }
 }
 
@@ -163,7 +140,7 @@ impl Refinement {
 mod tests {
     use super::*;
     use crate::mesh::test_meshes::{cube, grid, icosahedron, noise_vectors, subdivided, torus};
-    use crate::mesh::{Mesh, vertex_normals};
+    use crate::mesh::{Adjacency, Mesh, vertex_normals};
     use glam::vec3a;
 
     #[test]

@@ -32,22 +32,27 @@ impl Adjacency {
             }
         }
 
+        // Rows move together in their own place: this is the largest list of setting up a solver.
+        let (mut neighbours, mut length) = (candidates, 0);
         let mut offsets = Vec::with_capacity(vertex_count + 1);
-        let mut neighbours = Vec::with_capacity(candidates.len() / 2);
         offsets.push(0);
         for k in 0..vertex_count {
-            let row = &mut candidates[starts[k] as usize..starts[k + 1] as usize];
-            row.sort_unstable();
+            let row = starts[k] as usize..starts[k + 1] as usize;
+            neighbours[row.clone()].sort_unstable();
             let mut last = None;
-            for &neighbour in row.iter() {
+            for at in row {
+                let neighbour = neighbours[at];
                 // A triangle that names a vertex twice makes no vertex its own neighbour.
                 if Some(neighbour) != last && neighbour as usize != k {
-                    neighbours.push(neighbour);
+                    neighbours[length] = neighbour;
+                    length += 1;
                 }
                 last = Some(neighbour);
             }
-            offsets.push(neighbours.len() as u32);
+            offsets.push(length as u32);
         }
+        neighbours.truncate(length);
+        neighbours.shrink_to_fit();
         Self { offsets, neighbours }
     }
 

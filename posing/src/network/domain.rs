@@ -15,10 +15,10 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// Domains of levels 0 ..= `subdivision.level_count()` for the canonical template (zero shape).
-    pub fn levels(template: &[Vec3A], skin: &Skin, subdivision: &Subdivision) -> Vec<Self> {
-        let mut levels = vec![Self { canonical: template.to_vec(), masks: vertex_masks(skin) }];
-        for level in 0..subdivision.level_count() {
+    /// Domains of levels 0 ..= `finest` for the canonical template (zero shape).
+    pub fn levels(template: &[Vec3A], skin: &Skin, subdivision: &Subdivision, finest: usize) -> Vec<Self> {
+        let mut levels = vec![Self::coarsest(template, skin)];
+        for level in 0..finest {
             levels.push(levels[level].refined(subdivision.edges(level)));
         }
         levels
@@ -30,7 +30,10 @@ impl Domain {
     }
 
     fn refined(&self, edges: &[[u32; 2]]) -> Self {
-        let mut finer = self.clone();
+        let count = self.canonical.len() + edges.len();
+        let mut finer = Self { canonical: Vec::with_capacity(count), masks: Vec::with_capacity(count) };
+        finer.canonical.extend_from_slice(&self.canonical);
+        finer.masks.extend_from_slice(&self.masks);
         for [a, b] in edges.iter().map(|edge| edge.map(|v| v as usize)) {
             finer.canonical.push(0.5 * (self.canonical[a] + self.canonical[b]));
             finer.masks.push(self.masks[a].union(self.masks[b]));

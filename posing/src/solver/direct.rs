@@ -49,33 +49,28 @@ impl DirectSolver {
         let entries: Vec<f32> = factor.values.iter().map(|value| value.to_f32()).collect();
         check_each("diagonal", "positive and finite", &factor.diagonal, |d| d > 0.0 && d.is_finite())?;
         check_each("values", "finite", &entries, f32::is_finite)?;
+        let panels = panels(&pattern);
+        let row_count = panels.iter().map(|columns| pattern.column(columns.end - 1).len()).sum();
         let mut solver = Self {
             permutation: factor.permutation.clone(),
-            panels: Vec::new(),
-            rows: Vec::new(),
-            values: Vec::new(),
+            panels: Vec::with_capacity(panels.len()),
+            rows: Vec::with_capacity(row_count),
+            values: Vec::with_capacity(row_count),
             reciprocal_diagonal: factor.diagonal.iter().map(|d| d.recip()).collect(),
             permuted: vec![Vec3A::ZERO; count],
         };
-        let mut first = 0;
-        while first < count {
-            first += solver.push_panel(&pattern, &entries, first);
+        for columns in panels {
+            solver.push_panel(&pattern, &entries, columns);
         }
         Ok(solver)
     }
 
-    /// Appends the panel that begins with column `first`; returns its width.
-    fn push_panel(&mut self, pattern: &FactorPattern, entries: &[f32], first: usize) -> usize {
-        let column_rows = |j: usize| &pattern.rows[pattern.column(j)];
-        let is_continued = |j: usize| {
-            column_rows(j)
-                .split_first()
-                .is_some_and(|(&next, below)| next as usize == j + 1 && below == column_rows(j + 1))
-        };
-        let width = (1..WIDTH).find(|&width| !is_continued(first + width - 1)).unwrap_or(WIDTH);
+    /// Appends the panel of these columns.
+    fn push_panel(&mut self, pattern: &FactorPattern, entries: &[f32], columns: Range<usize>) {
+        let (first, width) = (columns.start, columns.len());
         let mut triangle = [[0.0; WIDTH]; WIDTH];
         let start = self.rows.len();
-        self.rows.extend_from_slice(column_rows(first + width - 1));
+        self.rows.extend_from_slice(&pattern.rows[pattern.column(first + width - 1)]);
         self.values.resize(self.rows.len(), [0.0; WIDTH]);
         for j in 0..width {
             let (inside, below) = entries[pattern.column(first + j)].split_at(width - 1 - j);
@@ -88,25 +83,21 @@ impl DirectSolver {
         }
         let range = start as u32..self.rows.len() as u32;
         self.panels.push(Panel { first: first as u32, width: width as u32, triangle, range });
-        width
     }
 
-    /// L below its diagonal, column by column, as the file has it.
-    pub fn columns(&self) -> (FactorPattern, Vec<f32>) {
-        let mut pattern = FactorPattern { offsets: vec![0], rows: Vec::new() };
-        let mut entries = Vec::new();
-        for panel in &self.panels {
-            let width = panel.width as usize;
-            for j in 0..width {
-                let below = panel.rows();
-                pattern.rows.extend((j + 1..width).map(|i| panel.first + i as u32));
-                pattern.rows.extend_from_slice(&self.rows[below.clone()]);
-                entries.extend((j + 1..width).map(|i| panel.triangle[i][j]));
-                entries.extend(self.values[below].iter().map(|values| values[j]));
-                pattern.offsets.push(pattern.rows.len() as u32);
-            }
-        }
-        (pattern, entries)
+    /// For each column the panel that it is in.
+    pub fn panels_of_columns(&self) -> Vec<u32> {
+        let panels = self.panels.iter().zip(0u32..);
+        panels.flat_map(|(panel, number)| std::iter::repeat_n(number, panel.width as usize)).collect()
+    }
+
+    /// (row, value) below the diagonal of column `j` of L, which is in the panel of number `panel`; rows ascend.
+    pub fn column(&self, panel: u32, j: usize) -> impl Iterator<Item = (u32, f32)> + '_ {
+        let panel = &self.panels[panel as usize];
+        let own = j - panel.first as usize;
+        let inside = (own + 1..panel.width as usize).map(move |i| (panel.first + i as u32, panel.triangle[i][own]));
+        let below = self.rows[panel.rows()].iter().zip(&self.values[panel.rows()]);
+        inside.chain(below.map(move |(&row, values)| (row, values[own])))
     }
 
     /// x = Pᵀ L⁻ᵀ D⁻¹ L⁻¹ P b.
@@ -157,6 +148,20 @@ impl DirectSolver {
             x[vertex as usize] = *y;
         }
     }
+}
+
+/// The columns of each panel.
+fn panels(pattern: &FactorPattern) -> Vec<Range<usize>> {
+    let rows = |j: usize| &pattern.rows[pattern.column(j)];
+    let is_continued =
+        |j: usize| rows(j).split_first().is_some_and(|(&next, below)| next as usize == j + 1 && below == rows(j + 1));
+    let (mut panels, mut first) = (Vec::new(), 0);
+    while first + 1 < pattern.offsets.len() {
+        let width = (1..WIDTH).find(|&width| !is_continued(first + width - 1)).unwrap_or(WIDTH);
+        panels.push(first..first + width);
+        first += width;
+    }
+    panels
 }
 
 impl Panel {

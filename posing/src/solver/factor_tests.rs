@@ -92,7 +92,7 @@ fn a_factor_that_does_not_fit_is_refused_with_field_expected_and_found() {
     let refused = |change: &dyn Fn(&mut CoarseFactor)| {
         let mut factor = factor.clone();
         change(&mut factor);
-        Solver::new(&subdivision, &ANCHORS, 1.0, factor).map(|_| ()).unwrap_err().to_string()
+        Solver::new(&subdivision, &ANCHORS, 1.0, &factor).map(|_| ()).unwrap_err().to_string()
     };
     let count = factor.values.len();
     assert_eq!(refused(&|f| f.values.truncate(7)), format!("solver factor: values has 7 entries, expected {count}"));
@@ -106,7 +106,7 @@ fn a_factor_that_does_not_fit_is_refused_with_field_expected_and_found() {
     }
     assert_eq!(refused(&|f| f.diagonal[3] = -1.0), "solver factor: diagonal[3] is -1, expected positive and finite");
     assert_eq!(refused(&|f| f.values[5] = f16::NAN), "solver factor: values[5] is NaN, expected finite");
-    assert!(Solver::new(&subdivision, &ANCHORS, 1.0, factor.clone()).is_ok());
+    assert!(Solver::new(&subdivision, &ANCHORS, 1.0, &factor).is_ok());
 }
 
 #[test]

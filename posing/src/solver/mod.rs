@@ -76,11 +76,11 @@ impl Solver {
         subdivision: &Subdivision,
         anchors: &[u32],
         anchor_weight: f32,
-        factor: CoarseFactor,
+        factor: &CoarseFactor,
     ) -> Result<Self, FactorError> {
         let finest = subdivision.level_count();
         let vertex_count = subdivision.vertex_count(finest);
-        let coarsest = DirectSolver::new(&galerkin::coupling(subdivision), &factor)?;
+        let coarsest = DirectSolver::new(&galerkin::coupling(subdivision), factor)?;
         let mut anchor_rows = SparseMatrix::with_capacity(anchors.len(), anchors.len(), vertex_count);
         for &anchor in anchors {
             anchor_rows.push_row(&mut [(anchor, anchor_weight.sqrt())]);

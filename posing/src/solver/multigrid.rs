@@ -153,16 +153,17 @@ fn largest_eigenvalue(operator: &mut NormalOperator, scaling: &[f32], weights: [
     let count = scaling.len();
     let mut x: Vec<Vec3A> =
         (0..count as u32).map(|k| Vec3A::from_array([1, 2, 3].map(|c| fixed_sign(3 * k + c)))).collect();
-    let (mut product, mut smoothed) = (x.clone(), x.clone());
+    let mut product = x.clone();
+    let length = |x: &[Vec3A]| x.iter().map(|x| *x * *x).sum::<Vec3A>().powf(0.5).max(Vec3A::splat(f32::MIN_POSITIVE));
     let mut estimate = Vec3A::ONE;
     for _ in 0..STEPS {
+        let before = length(&x);
         operator.product(&x, &mut product);
-        operator.smoothed(scaling, weights, &product, &mut smoothed);
-        let length =
-            |x: &[Vec3A]| x.iter().map(|x| *x * *x).sum::<Vec3A>().powf(0.5).max(Vec3A::splat(f32::MIN_POSITIVE));
-        estimate = length(&smoothed) / length(&x);
-        let scale = length(&smoothed).recip();
-        x.iter_mut().zip(&smoothed).for_each(|(x, smoothed)| *x = *smoothed * scale);
+        operator.smoothed(scaling, weights, &product, &mut x);
+        let after = length(&x);
+        estimate = after / before;
+        let scale = after.recip();
+        x.iter_mut().for_each(|x| *x *= scale);
     }
     MARGIN * estimate.max_element().max(f32::MIN_POSITIVE)
 }

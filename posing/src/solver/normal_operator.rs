@@ -38,7 +38,12 @@ impl NormalOperator {
         self.reciprocal_valences.len()
     }
 
-    /// Neighbours of each vertex.
+    /// Who is whose neighbour.
+    pub(super) fn rings(&self) -> &Rings {
+        &self.rings
+    }
+
+    /// Number of neighbours of each vertex.
     pub fn valences(&self) -> Vec<usize> {
         self.rings.valences()
     }

@@ -219,7 +219,7 @@ fn row_residual_of_both_forms() {
             &frame_of(gpu, avatar, &bent_pose(), &options),
             [&gpu.vectors(&base), &gpu.vectors(&deltas), &out],
             &GpuCorners::new(gpu, base.len(), subdivision.triangles(2)),
-            &GpuRings::new(gpu, &adjacency),
+            &GpuRings::new(gpu, (0..adjacency.vertex_count()).map(|k| adjacency.of(k).iter().copied())),
             base.len(),
         );
         // The angles of slender triangles magnify the rounding of positions; L u takes differences of metres.

@@ -116,7 +116,7 @@ fn random_network(level: u32, layer_count: usize, width: usize, frequency_count:
 /// The least of five evaluations of f_d and f_l.
 fn frame_ms(avatar: &Avatar, pose: &Pose) -> f64 {
     let subdivision = Subdivision::new(avatar.rig.rest.len(), &avatar.triangles, avatar.level_count as usize);
-    let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, &subdivision);
+    let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, &subdivision, subdivision.level_count());
     let mut scratch = Scratch::default();
     let functions = [&avatar.deformation, &avatar.laplacian];
     let mut values = functions.map(|function| vec![Vec3A::ZERO; subdivision.vertex_count(function.level())]);

@@ -35,7 +35,7 @@ pub fn distil(avatar: &Avatar, poses: &[Pose], options: &CompactOptions) -> anyh
         ensure!(matches!(function, SurfaceFunction::Mlp(_)), "{field}: expected a perceptron, found tables");
     }
     let subdivision = subdivision(avatar);
-    let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, &subdivision);
+    let domains = Domain::levels(&avatar.canonical, &avatar.rig.skin, &subdivision, subdivision.level_count());
     let sampled = |function: &SurfaceFunction, level: usize, options: &BranchOptions| {
         let targets: Vec<Vec<Vec3A>> =
             poses.par_iter().map(|pose| values(function, &subdivision, &domains, pose, level)).collect();
@@ -53,7 +53,7 @@ pub fn distil(avatar: &Avatar, poses: &[Pose], options: &CompactOptions) -> anyh
 /// Compares two avatars of one body over `poses`.
 pub fn difference(a: &Avatar, b: &Avatar, poses: &[Pose]) -> anyhow::Result<Difference> {
     let subdivision = subdivision(a);
-    let domains = Domain::levels(&a.canonical, &a.rig.skin, &subdivision);
+    let domains = Domain::levels(&a.canonical, &a.rig.skin, &subdivision, subdivision.level_count());
     let finest = subdivision.level_count();
     let mut animators = [Animator::new(Arc::new(a.clone()))?, Animator::new(Arc::new(b.clone()))?];
     let mut sums = [0.0; 3];

@@ -30,10 +30,10 @@ pub fn copy_folder(from: &Path, to: &Path, is_wanted: impl Fn(&Path) -> bool) ->
     Ok(())
 }
 
-/// Writes a text; makes the folder that it goes to.
-pub fn write(file: &Path, text: &str) -> Result<()> {
+/// Writes a file; makes the folder that it goes to.
+pub fn write(file: &Path, contents: impl AsRef<[u8]>) -> Result<()> {
     make_parent(file)?;
-    fs::write(file, text).with_context(|| format!("cannot write {}", workspace::relative(file)))
+    fs::write(file, contents).with_context(|| format!("cannot write {}", workspace::relative(file)))
 }
 
 /// Reads a text.

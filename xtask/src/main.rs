@@ -26,6 +26,7 @@ mod reproduce;
 mod samples;
 mod serve;
 mod setup;
+mod short_names;
 mod site;
 mod size;
 mod start;

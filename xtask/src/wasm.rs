@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use crate::toolchain::Toolchain;
-use crate::{build_name, command, progress, webgl2_shaders, workspace};
+use crate::{build_name, command, files, progress, short_names, webgl2_shaders, workspace};
 
 const MODULE: &str = "crease_bg.wasm";
+const BINDINGS: &str = "crease.js";
 
 /// What the compiler may use: everywhere in browsers since 2023.
 const WASM_FEATURES: [&str; 7] = [
@@ -85,7 +86,12 @@ pub fn npm_script(name: &str) -> std::process::Command {
 fn bind(compiled: &Path, folder: &Path) -> Result<()> {
     let words = ["wasm-bindgen", "--target", "web", "--out-name", "crease", "--out-dir"].map(Path::new);
     wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(words.into_iter().chain([folder, compiled]))
-        .with_context(|| format!("wasm-bindgen cannot read {}", workspace::relative(compiled)))
+        .with_context(|| format!("wasm-bindgen cannot read {}", workspace::relative(compiled)))?;
+    let (module, script) = (folder.join(MODULE), folder.join(BINDINGS));
+    let bytes = fs::read(&module).with_context(|| format!("cannot read {}", workspace::relative(&module)))?;
+    let (short_module, short_script) = short_names::shorten(&bytes, &files::read(&script)?)?;
+    files::write(&module, short_module)?;
+    files::write(&script, short_script)
 }
 
 fn optimise(module: &Path) -> Result<()> {

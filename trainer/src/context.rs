@@ -8,9 +8,10 @@ use crate::sequence::{Frame, Sequence};
 use anyhow::{Context, ensure};
 use crease::body::{Body, Pose, Rig};
 use crease::laplacian::sample_elimination;
-use crease::mesh::{Adjacency, Subdivision, mixed_voronoi_areas};
+use crease::mesh::{Adjacency, Subdivision, Triangle, mixed_voronoi_areas};
 use crease::network::{Domain, SurfaceFunction};
 use crease::numpy::ReadError;
+use glam::Vec3A;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -101,19 +102,16 @@ impl TrainContext {
         let subdivision = Subdivision::new(body.template.len(), &body.triangles, level_count);
         let domains = Domain::levels(&body.template, &body.skin, &subdivision, level_count);
         let finest = &domains[level_count].canonical;
-        let mut areas = vec![0.0; finest.len()];
-        mixed_voronoi_areas(finest, subdivision.triangles(level_count), &mut areas);
-        let anchors = sample_elimination(finest, areas.iter().sum(), options.anchor_count);
         Ok(Self {
             adjacency: Adjacency::new(body.template.len(), &body.triangles),
             finest_adjacency: Adjacency::new(finest.len(), subdivision.triangles(level_count)),
+            anchors: spread_anchors(finest, subdivision.triangles(level_count), options.anchor_count),
             rig,
             body,
             sequences,
             samples,
             subdivision,
             domains,
-            anchors,
             options,
             progress,
             checkpoint: Checkpoint::default(),
@@ -125,6 +123,11 @@ impl TrainContext {
     /// Number of subdivisions.
     pub fn level_count(&self) -> usize {
         self.subdivision.level_count()
+    }
+
+    /// Subdivision level on which f_l's tables stand.
+    pub fn laplacian_level(&self) -> usize {
+        (self.options.compact.laplacian_level as usize).min(self.level_count())
     }
 
     /// The pose of a training frame.
@@ -168,10 +171,19 @@ impl TrainContext {
         Ok(fingerprint)
     }
 
-    /// Reads the scan of a training frame.
+    /// Reads the scan of a training frame, its points weighted as the options say.
     pub fn scan(&self, sample: Sample) -> Result<Frame, ReadError> {
-        self.sequences[sample.sequence].capture.scan(sample.frame)
+        let mut scan = self.sequences[sample.sequence].capture.scan(sample.frame)?;
+        scan.weigh(self.options.nearness);
+        Ok(scan)
     }
+}
+
+/// `count` vertices of a mesh (metres), spread evenly over it; ascending.
+pub fn spread_anchors(positions: &[Vec3A], triangles: &[Triangle], count: usize) -> Vec<u32> {
+    let mut areas = vec![0.0; positions.len()];
+    mixed_voronoi_areas(positions, triangles, &mut areas);
+    sample_elimination(positions, areas.iter().sum(), count)
 }
 
 /// Trains f_d.

@@ -81,13 +81,13 @@ pub fn evaluate(
 
 /// Measures the meshes (metres, outward `triangles`) that `surface` gives for `frames` of `sequence`.
 ///
-/// Fails where a frame has no ground truth.
+/// Fails where a frame has no ground truth, and where `surface` does.
 pub fn evaluate_meshes(
     sequence: &Sequence,
     frames: &[usize],
     triangles: &[Triangle],
-    surface: impl Fn(usize) -> Vec<Vec3A>,
+    mut surface: impl FnMut(usize) -> anyhow::Result<Vec<Vec3A>>,
 ) -> anyhow::Result<Measures> {
-    let measure = |&frame: &usize| measure(&surface(frame), triangles, &sequence.capture.ground_truth(frame)?);
+    let measure = |&frame: &usize| measure(&surface(frame)?, triangles, &sequence.capture.ground_truth(frame)?);
     Ok(Measures::mean(&frames.iter().map(measure).collect::<anyhow::Result<Vec<_>>>()?))
 }

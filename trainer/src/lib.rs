@@ -15,6 +15,7 @@ pub mod compact;
 pub mod comparison;
 pub mod config;
 pub mod context;
+pub mod cotangent;
 pub mod evaluate;
 pub mod files;
 pub mod frames;

@@ -2,6 +2,7 @@
 
 use crate::compact::CompactOptions;
 use crate::refinement::RefinementOptions;
+use crate::sequence::NEARNESS;
 use crease::avatar::Form;
 use crease::mesh::Scheme;
 use serde::{Deserialize, Serialize};
@@ -69,6 +70,9 @@ pub struct TrainOptions {
     /// more points than fit, f_l is shown frames in random order, and the points of as many as fit shuffled.
     #[serde(default = "memory_mib")]
     pub memory_mib: usize,
+    /// c of μ = exp(−c z) for points that a depth camera sees z metres away, 1/m (paper, below Eq. pose_dependent_offsets); 0 weighs all alike.
+    #[serde(default = "nearness")]
+    pub nearness: f32,
     /// Refinement of the poses before training.
     #[serde(default)]
     pub refinement: RefinementOptions,
@@ -87,6 +91,11 @@ pub struct TrainOptions {
 /// Of runs that were written before there was a choice, and of new ones.
 fn memory_mib() -> usize {
     2048
+}
+
+/// The same.
+fn nearness() -> f32 {
+    NEARNESS
 }
 
 /// Shape and optimiser of a multilayer perceptron.
@@ -184,6 +193,7 @@ impl TrainOptions {
             anchor_weight: 1.0,
             texture_size: 1024,
             memory_mib: memory_mib(),
+            nearness: NEARNESS,
             refinement: RefinementOptions::default(),
             deformation: DeformationOptions {
                 network: network(5, 600, 300),

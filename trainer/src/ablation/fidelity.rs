@@ -1,8 +1,7 @@
 //! What each part of the method buys: body, base, displacements in place of Laplacians, detail in compact and in plain form, the paper's form.
 
-use super::{measured_avatar, plain_avatar};
-use crate::appearance::bake;
-use crate::compact::{CompactDeformation, CompactDisplacement, CompactLaplacian};
+use super::{Fits, measured_avatar, plain_avatar};
+use crate::compact::{CompactDisplacement, CompactLaplacian};
 use crate::context::{Sample, TrainContext};
 use crate::evaluate::{Measures, evaluate_meshes};
 use crate::train::{Facts, assemble, train};
@@ -35,10 +34,7 @@ pub fn fidelity(
         rows.push(row);
     };
 
-    let offsets = CompactDeformation.fit(context)?;
-    let deformation = SurfaceFunction::Compact(CompactDeformation.regress(context, &offsets)?);
-    let surfaces = CompactLaplacian.fit_surfaces(context, &deformation)?;
-    let appearance = bake(context, &deformation)?;
+    let Fits { offsets, deformation, surfaces, appearance } = Fits::new(context)?;
     let deltas = CompactLaplacian.measure(context, &deformation, &surfaces)?;
     let laplacian = SurfaceFunction::Compact(CompactLaplacian.regress(context, &deltas)?);
     let avatar = assemble(context, &facts, deformation.clone(), laplacian, appearance.clone())?;
@@ -50,7 +46,7 @@ pub fn fidelity(
         let displacement = SurfaceFunction::Compact(CompactDisplacement.regress(context, &displacements)?);
         let triangles = context.subdivision.triangles(context.level_count());
         evaluate_meshes(sequence, frames, triangles, |frame| {
-            CompactDisplacement.surface(context, &deformation, &displacement, Sample { sequence: 0, frame })
+            Ok(CompactDisplacement.surface(context, &deformation, &displacement, Sample { sequence: 0, frame }))
         })?
     });
     add("detailed, compact", evaluation.detailed);

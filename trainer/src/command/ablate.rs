@@ -1,16 +1,16 @@
 //! `crease ablate`.
 
 use super::train::Preset;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use crease_trainer::ablation::{self, CompactRow, FidelityRow, OptionRow};
-use crease_trainer::ablation::{compact_against_plain, compact_table, fidelity_table, option_table};
+use crease_trainer::ablation::{self, CompactRow, FidelityRow, OptionRow, PaperRow, PaperRuns, Study};
+use crease_trainer::ablation::{compact_against_plain, compact_table, fidelity_table, option_table, paper_table};
 use crease_trainer::config::{ChosenFrames, RunConfig};
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
-use crease_trainer::sequence::Reading;
+use crease_trainer::sequence::{Capture, Reading};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -30,6 +30,9 @@ const PAPER_NETWORKS: [&str; 3] =
 pub struct Arguments {
     /// Directory of a sequence with ground truth
     pub sequence: PathBuf,
+    /// Shape and poses; body.npz of the sequence if left out
+    #[arg(long, value_name = "FILE")]
+    pub poses: Option<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
     /// What is varied
@@ -44,6 +47,9 @@ pub struct Arguments {
     /// Numbers of basis functions (compact)
     #[arg(long, value_delimiter = ',', default_value = "8,16,24,32,48,64")]
     pub counts: Vec<usize>,
+    /// Which of the paper's studies (paper) [default: those that the capture allows]
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "STUDY")]
+    pub studies: Vec<Study>,
     /// Option that is varied (option), for instance anchor_count
     #[arg(long, required_if_eq("what", "option"))]
     pub key: Option<String>,
@@ -72,6 +78,8 @@ pub enum Subject {
     Compact,
     /// Any option of training: --key, --values
     Option,
+    /// What else the paper varies: anchors, operator, density, neighbourhood, regulariser, weighting
+    Paper,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -79,6 +87,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Subject::Fidelity => fidelity(arguments)?,
         Subject::Compact => compact(arguments)?,
         Subject::Option => option(arguments)?,
+        Subject::Paper => paper(arguments)?,
     };
     print!("{table}");
     if let Some(path) = &arguments.output {
@@ -105,7 +114,7 @@ fn config(arguments: &Arguments, preset: Preset, networks: &[&str]) -> anyhow::R
         preset: preset.name().into(),
         sequences: vec![ChosenFrames {
             directory: arguments.sequence.clone(),
-            poses: None,
+            poses: arguments.poses.clone(),
             reading: arguments.reading,
             frames: arguments.train,
         }],
@@ -113,11 +122,14 @@ fn config(arguments: &Arguments, preset: Preset, networks: &[&str]) -> anyhow::R
     })
 }
 
+/// The paper's form, small enough for a processor.
+fn config_of_paper(arguments: &Arguments) -> anyhow::Result<RunConfig> {
+    config(arguments, Preset::Paper, &[&NETWORKS[..], &PAPER_NETWORKS].concat())
+}
+
 fn fidelity(arguments: &Arguments) -> anyhow::Result<(Value, String)> {
     let context = config(arguments, Preset::Compact, &NETWORKS)?.prepare(Progress::Bars)?;
-    let paper = (!arguments.without_paper)
-        .then(|| config(arguments, Preset::Paper, &[&NETWORKS[..], &PAPER_NETWORKS].concat())?.prepare(Progress::Bars))
-        .transpose()?;
+    let paper = (!arguments.without_paper).then(|| config_of_paper(arguments)?.prepare(Progress::Bars)).transpose()?;
     let frames = arguments.test.indices(context.sequences[0].capture.frame_count)?;
     let report = |row: &FidelityRow| eprint!("{}", row.line());
     let rows = ablation::fidelity(&context, paper.as_ref(), &frames, report)?;
@@ -139,4 +151,20 @@ fn option(arguments: &Arguments) -> anyhow::Result<(Value, String)> {
     let report = |row: &OptionRow| eprint!("{}", row.line());
     let rows = ablation::option(&config, key, &arguments.values, arguments.test, report)?;
     Ok((serde_json::to_value(&rows)?, option_table(key, &rows)))
+}
+
+fn paper(arguments: &Arguments) -> anyhow::Result<(Value, String)> {
+    let (compact, paper) = (config(arguments, Preset::Compact, &[])?, config_of_paper(arguments)?);
+    let is_depth = Capture::open_as(&arguments.sequence, &arguments.reading)?.camera().is_some();
+    let allows = |study: &Study| is_depth || *study != Study::Weighting;
+    if let Some(study) = arguments.studies.iter().find(|study| !allows(study)) {
+        bail!("--studies {}: expected depth images, found point clouds, which all weigh the same", study.name());
+    }
+    let mut studies = arguments.studies.clone();
+    if studies.is_empty() {
+        studies.extend(Study::value_variants().iter().filter(|study| allows(study)));
+    }
+    let runs = PaperRuns { compact: &compact, paper: &paper, test: arguments.test };
+    let rows = ablation::paper(&runs, &studies, |row: &PaperRow| eprint!("{}", row.line()))?;
+    Ok((serde_json::to_value(&rows)?, paper_table(&rows)))
 }

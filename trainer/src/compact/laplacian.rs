@@ -71,7 +71,7 @@ pub(super) fn regress_on_tables(
     targets: &[Vec<Vec3A>],
     options: &BranchOptions,
 ) -> anyhow::Result<Compact> {
-    let level = context.options.compact.laplacian_level as usize;
+    let level = context.laplacian_level();
     let TrainContext { subdivision, domains, rig, .. } = context;
     regress_surface(level, subdivision, domains, rig, &context.poses(), targets, options)
 }
@@ -105,7 +105,7 @@ fn each_sample(
 
 /// δ of all frames, what one did not see taken from those that did.
 fn fused(context: &TrainContext, views: Vec<View>) -> Vec<Vec<Vec3A>> {
-    let level = context.options.compact.laplacian_level as usize;
+    let level = context.laplacian_level();
     let adjacency = Adjacency::new(context.subdivision.vertex_count(level), context.subdivision.triangles(level));
     fuse(views, &adjacency)
 }
@@ -129,7 +129,7 @@ fn fitted_surface(context: &TrainContext, deformation: &SurfaceFunction, sample:
         false => None,
         true => {
             let coverage = coverage_on_tables(context, &values, &scan, &options)?;
-            Some(seen(&coverage, &resolvable(context, context.options.compact.laplacian_level as usize)))
+            Some(seen(&coverage, &resolvable(context, context.laplacian_level())))
         }
     };
     Ok(View { values, seen })
@@ -143,7 +143,7 @@ fn coverage_on_tables(
     options: &FitOptions,
 ) -> anyhow::Result<Vec<f32>> {
     let (subdivision, scheme) = (&context.subdivision, context.options.scheme);
-    let level = context.options.compact.laplacian_level as usize;
+    let level = context.laplacian_level();
     let finest = coverage(subdivision, scheme, subdivision.level_count(), surface, &scan.oriented(), options)?;
     let finest = finest.into_iter().map(Vec3A::splat).collect();
     Ok(restrict_from_finest(subdivision, scheme, level, finest).iter().map(|weight| weight.x).collect())
@@ -151,6 +151,20 @@ fn coverage_on_tables(
 
 /// Canonical δ on the level of f_l's tables: what takes the base of one training frame to the `fitted` mesh.
 fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Sample, fitted: &View) -> View {
+    let triangles = context.subdivision.triangles(context.level_count());
+    canonical_delta(context, deformation, sample, fitted, |base, wanted| {
+        operator_laplacian(&context.finest_adjacency, triangles, base, wanted)
+    })
+}
+
+/// What `operator` measures on the base of one training frame, its first argument, of the field that f_l stands for, its second.
+pub(super) fn canonical_delta(
+    context: &TrainContext,
+    deformation: &SurfaceFunction,
+    sample: Sample,
+    fitted: &View,
+    operator: impl Fn(&[Vec3A], &[Vec3A]) -> Vec<Vec3A>,
+) -> View {
     let options = &context.options;
     let mut surface = base_surface(context, deformation, sample);
     let base = surface.finest();
@@ -158,8 +172,7 @@ fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Samp
         Form::Absolute => fitted.values.clone(),
         Form::Relative => fitted.values.iter().zip(base).map(|(&fitted, &base)| fitted - base).collect(),
     };
-    let triangles = context.subdivision.triangles(context.level_count());
-    let mut delta = operator_laplacian(&context.finest_adjacency, triangles, base, &wanted);
+    let mut delta = operator(base, &wanted);
     for delta in &mut delta {
         *delta = delta.clamp_length_max(options.compact.clamp);
     }
@@ -168,7 +181,7 @@ fn laplacian(context: &TrainContext, deformation: &SurfaceFunction, sample: Samp
 
 /// A field of posed vectors on the finest level of `surface`, in the canonical frame and on the level of f_l's tables.
 pub(super) fn on_tables(context: &TrainContext, surface: &mut PosedSurface, field: &[Vec3A]) -> Vec<Vec3A> {
-    let level = context.options.compact.laplacian_level as usize;
+    let level = context.laplacian_level();
     let mut coarse = coarsen(&context.subdivision, level, field);
     for (value, rotation) in coarse.iter_mut().zip(surface.rotations(&context.subdivision, level)) {
         *value = rotation.inverse() * *value;

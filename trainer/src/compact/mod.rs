@@ -1,5 +1,6 @@
 //! Training in compact form: fits to every scan, closed-form regression on the pose, tables.
 
+mod cotangent;
 mod deformation;
 mod displacement;
 mod distil;
@@ -13,6 +14,7 @@ mod surface_fit;
 mod two_scales;
 mod views;
 
+pub use cotangent::CompactCotangent;
 pub use deformation::CompactDeformation;
 pub use displacement::CompactDisplacement;
 pub use distil::{Difference, difference, distil};
@@ -40,7 +42,7 @@ pub struct CompactOptions {
     pub deformation: BranchOptions,
     /// Pose regression of f_l.
     pub laplacian: BranchOptions,
-    /// Subdivision level on which f_l's tables stand.
+    /// Subdivision level on which f_l's tables stand; the finest where there are not so many.
     pub laplacian_level: u32,
     /// Longer operator Laplacians are shortened to this length, 1/m.
     pub clamp: f32,

@@ -47,7 +47,7 @@ impl FittedLaplacian {
         let regression = Regression {
             name: "fitted-laplacian",
             title: "training the detail",
-            level: context.options.compact.laplacian_level as usize,
+            level: context.laplacian_level(),
             network: &context.options.laplacian.network,
             seed: context.options.seed.wrapping_add(1),
             rate: FALLING,

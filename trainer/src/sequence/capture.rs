@@ -72,6 +72,14 @@ impl Frame {
         all.bytes(format!("{camera:?}").as_bytes()).finish()
     }
 
+    /// Gives points that a depth camera sees μ = exp(−`nearness` z), z in metres, divided by its mean over the frame; others keep theirs.
+    pub fn weigh(&mut self, nearness: f32) {
+        if let Some(camera) = &self.camera {
+            let z = |&point: &Vec3A| camera.camera_from_world.transform_point3a(point).z;
+            self.weights = depth::weights(self.points.iter().map(z), nearness);
+        }
+    }
+
     /// Squared cosine between each point's normal and the direction to the camera: how much a picture says about it. 1 without a camera.
     pub fn frontality(&self) -> Vec<f32> {
         let (Some(camera), Some(normals)) = (&self.camera, &self.normals) else { return vec![1.0; self.points.len()] };

@@ -21,8 +21,8 @@ const STEP: f32 = 0.012;
 const LEAST_SUPPORT: f32 = 0.35;
 /// Surfaces seen at a smaller cosine say more about noise than about shape.
 const LEAST_COSINE: f32 = 0.2;
-/// c of μ = exp(−c z) (paper, below Eq. pose_dependent_offsets), 1/m.
-const NEARNESS: f32 = 2.0;
+/// The paper's c of μ = exp(−c z), 1/m.
+pub const NEARNESS: f32 = 2.0;
 /// For a capture of one's own: a full picture of four thousand by four thousand pixels may be read.
 const CAPTURE_LIMIT: MemoryLimit = MemoryLimit { times_file: 4, plus: 1 << 30 };
 /// What a pixel with a depth takes while its frame is made, bytes: 39 for point, normal, colour and μ, the rest on the way.
@@ -92,21 +92,23 @@ pub fn decode_frame(
     if let Some(far) = points.iter().find(|point| !point.is_finite()) {
         return Err(error("points that the camera puts at finite places", far.to_string()));
     }
-    Ok(Frame {
+    let mut frame = Frame {
         index,
+        weights: vec![1.0; points.len()],
         points,
         normals: Some(kept.iter().map(|&(_, normal)| world.transform_vector3a(normal.into())).collect()),
         colours: colours
             .map(|rgb| kept.iter().map(|&(pixel, _)| std::array::from_fn(|c| rgb[3 * pixel as usize + c])).collect()),
-        weights: nearness(kept.iter().map(|&(pixel, _)| image.point(pixel as usize).z)),
         camera: Some(camera.clone()),
-    })
+    };
+    frame.weigh(NEARNESS);
+    Ok(frame)
 }
 
-/// μ of depths in metres. Taken from the nearest on, as exp(−c z) alone is zero a few dozen metres away; its mean is 1 in any case.
-fn nearness(depths: impl Iterator<Item = f32> + Clone) -> Vec<f32> {
+/// μ of depths in metres with c = `nearness`. Taken from the nearest on, as exp(−c z) alone is zero a few dozen metres away; its mean is 1 in any case.
+pub(super) fn weights(depths: impl Iterator<Item = f32> + Clone, nearness: f32) -> Vec<f32> {
     let nearest = depths.clone().fold(f32::INFINITY, f32::min);
-    let mut weights: Vec<f32> = depths.map(|depth| (-NEARNESS * (depth - nearest)).exp()).collect();
+    let mut weights: Vec<f32> = depths.map(|depth| (-nearness * (depth - nearest)).exp()).collect();
     let mean = weights.iter().sum::<f32>() / weights.len() as f32;
     weights.iter_mut().for_each(|weight| *weight /= mean);
     weights
@@ -226,7 +228,7 @@ mod tests {
         let (depth, colour) = (directory.join("0000.png"), directory.join("0000-colour.png"));
         sphere_depth().save(&depth).unwrap();
         ImageBuffer::from_fn(SIZE, SIZE, |u, v| Rgb([u as u8, v as u8, 7u8])).save(&colour).unwrap();
-        let frame = read_frame(&camera(), 0, &depth, Some(&colour)).unwrap();
+        let mut frame = read_frame(&camera(), 0, &depth, Some(&colour)).unwrap();
         let centre = Vec3A::new(0.0, 1.0, 1.5);
         assert!(frame.points.len() > 2_000, "{}", frame.points.len());
         for (point, normal) in frame.points.iter().zip(frame.normals.as_ref().unwrap()) {
@@ -234,12 +236,14 @@ mod tests {
             assert!(normal.dot((*point - centre).normalize()) > 0.97, "{normal} at {point}");
         }
         let nearest = (0..frame.points.len()).min_by(|&a, &b| frame.points[a].z.total_cmp(&frame.points[b].z)).unwrap();
-        let [r, g, b] = frame.colours.unwrap()[nearest];
+        let [r, g, b] = frame.colours.as_ref().unwrap()[nearest];
         assert!(r.abs_diff(60) < 4 && g.abs_diff(60) < 4 && b == 7);
         let mean = frame.weights.iter().sum::<f32>() / frame.weights.len() as f32;
         assert!((mean - 1.0).abs() < 1e-4 && frame.weights[nearest] > 1.0, "near points count more");
+        frame.weigh(0.0);
+        assert!(frame.weights.iter().all(|&weight| weight == 1.0), "and all alike where nearness does not");
         // As where millimetres are taken for metres.
-        let far = nearness([1500.0, 1501.0].into_iter());
+        let far = weights([1500.0, 1501.0].into_iter(), NEARNESS);
         assert!((far[0] + far[1] - 2.0).abs() < 1e-5 && (far[0] / far[1] - (NEARNESS).exp()).abs() < 1e-3, "{far:?}");
         std::fs::remove_dir_all(&directory).unwrap();
     }

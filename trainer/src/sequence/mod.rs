@@ -9,7 +9,7 @@ mod orientation;
 pub use body_file::{BodyParameters, WrittenBody, read_body, read_first_pose, write_body};
 pub use camera::Camera;
 pub use capture::{Capture, Description, Frame, GroundTruth};
-pub use depth::{ImageFile, decode_frame};
+pub use depth::{ImageFile, NEARNESS, decode_frame};
 pub use orientation::{Axis, Orientation, Reading, Up};
 
 use crease::body::Pose;

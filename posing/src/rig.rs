@@ -108,6 +108,16 @@ pub fn put_posed_from_rest(rig: &Rig, pose: &Pose, world_from_joint: &mut Vec<Af
 }
 
 impl Rig {
+    /// Every vertex of the body in `pose`, metres: pose blend shapes, then skinning by the pose's [`posed_from_rest`].
+    pub fn posed(&self, pose: &Pose, posed_from_rest: &[Affine3A]) -> Vec<Vec3A> {
+        let mut positions = self.rest.clone();
+        self.add_pose_blend_shapes(pose, &mut positions);
+        for (vertex, position) in positions.iter_mut().enumerate() {
+            *position = self.skin.blend(vertex, posed_from_rest).transform_point3a(*position);
+        }
+        positions
+    }
+
     /// Adds Σ_n (R_j − I)_n D_n over the pose blend shapes D, joints 1.., row-major; nothing where the model has none.
     pub fn add_pose_blend_shapes(&self, pose: &Pose, positions: &mut [Vec3A]) {
         let directions = self.pose_directions.as_deref().unwrap_or_default();
@@ -125,11 +135,6 @@ impl Rig {
 }
 
 impl Skin {
-    /// Every vertex of `rest` where the blended transforms take it, metres.
-    pub fn posed(&self, rest: &[Vec3A], posed_from_rest: &[Affine3A]) -> Vec<Vec3A> {
-        rest.iter().enumerate().map(|(vertex, &at)| self.blend(vertex, posed_from_rest).transform_point3a(at)).collect()
-    }
-
     /// Blended transform of vertex `vertex`.
     pub fn blend(&self, vertex: usize, posed_from_rest: &[Affine3A]) -> Affine3A {
         let mut matrix = Mat3A::ZERO;

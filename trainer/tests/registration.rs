@@ -52,7 +52,7 @@ fn truth(body: &Body) -> BodyParameters {
 }
 
 fn posed(rig: &Rig, pose: &Pose) -> Vec<Vec3A> {
-    rig.skin.posed(&rig.rest, &posed_from_rest(rig, pose))
+    rig.posed(pose, &posed_from_rest(rig, pose))
 }
 
 fn describe(directory: &Path, kind: &str) {

@@ -155,7 +155,7 @@ struct PosedBody {
 
 impl PosedBody {
     fn new(rig: &Rig, body: &Body, pose: &Pose) -> Option<Self> {
-        let vertices = rig.skin.posed(&rig.rest, &posed_from_rest(rig, pose));
+        let vertices = rig.posed(pose, &posed_from_rest(rig, pose));
         let closest = ClosestPoint::new(&vertices, &body.triangles).ok()?;
         Some(Self { vertices, closest, triangles: body.triangles.clone() })
     }
@@ -211,7 +211,9 @@ mod tests {
     use crate::mesh_file::MeshFormat;
     use crate::sequence::{BodyParameters, Reading, write_body};
     use crate::test_folder::Folder;
+    use crease::animate::PosedSurface;
     use crease::fixture::{bent_pose, voxel_person};
+    use crease::mesh::{Scheme, Subdivision};
     use std::fs;
 
     /// A frame of the bent person, whose vertices are changed, with poses in a file that says that `up` is up, or says nothing of it.
@@ -246,6 +248,29 @@ mod tests {
     fn scans_on_their_body_are_left_alone() {
         let folder = bent("good", Mat3A::IDENTITY, |triangle| triangle, Up::Y);
         assert_eq!(problems(&folder, Reading::default()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn bodies_with_pose_blend_shapes_are_posed_with_them() {
+        let pose = bent_pose();
+        let mut body = voxel_person();
+        // A bent knee pushes the whole body aside by 20 cm.
+        let (count, joint) = (body.template.len(), 4);
+        let mut directions = vec![vec![Vec3A::ZERO; count]; 9 * (body.parents.len() - 1)];
+        let bend = Mat3A::from_quat(pose.rotations[joint]) - Mat3A::IDENTITY;
+        assert!(bend.z_axis.y.abs() > 0.2, "{bend}");
+        // Row 1, column 2.
+        directions[9 * (joint - 1) + 5] = vec![Vec3A::X * (0.2 / bend.z_axis.y); count];
+        let plain = body.shaped(&[]).posed(&pose, &posed_from_rest(&body.shaped(&[]), &pose));
+        body.pose_directions = Some(directions);
+        let rig = body.shaped(&[]);
+        let shaped = PosedBody::new(&rig, &body, &pose).unwrap();
+        let mut surface = PosedSurface::new(&Subdivision::new(count, &body.triangles, 0));
+        surface.pose(&rig, &[], &pose, &Subdivision::new(count, &body.triangles, 0), Scheme::Loop, 0);
+        assert!(shaped.vertices.iter().zip(&plain).any(|(a, b)| a.distance(*b) > 0.15), "the shapes tell");
+        for (own, posed) in shaped.vertices.iter().zip(surface.finest()) {
+            assert!(own.distance(*posed) < 1e-5, "as everything else is posed: {own} and {posed}");
+        }
     }
 
     #[test]

@@ -82,9 +82,6 @@ fn mean(values: &[f64]) -> f64 {
 
 fn posed(rig: &Rig, pose: &Pose) -> (Vec<Vec3A>, Vec<Vec3A>) {
     let transforms = posed_from_rest(rig, pose);
-    let mut rest = rig.rest.clone();
-    rig.add_pose_blend_shapes(pose, &mut rest);
-    let vertices = rig.skin.posed(&rest, &transforms);
     let joints = transforms.iter().zip(&rig.rest_joints).map(|(a, &joint)| a.transform_point3a(joint)).collect();
-    (vertices, joints)
+    (rig.posed(pose, &transforms), joints)
 }

@@ -112,9 +112,7 @@ impl<'a> ArticulatedBody<'a> {
             .iter()
             .map(|parent| parent.map_or(Mat3A::IDENTITY, |parent| posed_from_rest[parent].matrix3))
             .collect();
-        let mut rest = rig.rest.clone();
-        rig.add_pose_blend_shapes(&state.pose, &mut rest);
-        let vertices = rig.skin.posed(&rest, &posed_from_rest);
+        let vertices = rig.posed(&state.pose, &posed_from_rest);
         let mut normals = vec![Vec3A::ZERO; vertices.len()];
         vertex_normals(&vertices, &self.body.triangles, &mut normals);
         let joint_by_shape = match with_shape {

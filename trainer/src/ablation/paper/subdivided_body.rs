@@ -67,7 +67,7 @@ mod tests {
         let (coarse_rig, rig) = (body.shaped(&[0.4, -0.3]), fine.shaped(&[0.4, -0.3]));
         assert_eq!(rig.rest_joints, coarse_rig.rest_joints);
         let pose = bent_pose();
-        let posed = rig.skin.posed(&rig.rest, &posed_from_rest(&rig, &pose));
+        let posed = rig.posed(&pose, &posed_from_rest(&rig, &pose));
         let subdivision = Subdivision::new(body.template.len(), &body.triangles, 2);
         let mut surface = PosedSurface::new(&subdivision);
         surface.pose(&coarse_rig, &[], &pose, &subdivision, Scheme::Midpoint, 2);

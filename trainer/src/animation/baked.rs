@@ -31,10 +31,10 @@ pub struct BakedFigure {
     pub normal_map: Option<Vec<u8>>,
 }
 
-/// Bakes the mean of `poses`, of which there is at least one.
+/// Bakes the mean of `poses`, of which there is at least one, as lively as [`Options::liveliness`] says.
 ///
 /// Vertices lie on the subdivided base, which sixteen times as many triangles draw; the map has what lies between them and the detailed mesh.
-pub fn bake(animator: &mut Animator, poses: &[Pose]) -> anyhow::Result<BakedFigure> {
+pub fn bake(animator: &mut Animator, poses: &[Pose], liveliness: f32) -> anyhow::Result<BakedFigure> {
     let avatar = animator.shared_avatar();
     let step = poses.len().div_ceil(FRAME_COUNT).max(1);
     let chosen: Vec<&Pose> = poses.iter().step_by(step).collect();
@@ -46,9 +46,9 @@ pub fn bake(animator: &mut Animator, poses: &[Pose]) -> anyhow::Result<BakedFigu
     let mut displacement = vec![Vec3A::ZERO; animator.subdivision().vertex_count(level)];
     let mut body = PosedSurface::new(animator.subdivision());
     for pose in chosen {
-        avatar.deformation.evaluate(&domain, pose, &mut Scratch::default(), &mut own);
+        avatar.deformation.evaluate_lively(&domain, pose, liveliness, &mut Scratch::default(), &mut own);
         offsets.iter_mut().zip(&own).for_each(|(mean, own)| *mean += *own * share);
-        let detailed = animator.animate(pose, &Options::default()).to_vec();
+        let detailed = animator.animate(pose, &Options { liveliness, ..Options::default() }).to_vec();
         let base = animator.surface().finest();
         body.pose(rig, &[], pose, animator.subdivision(), avatar.scheme, 0);
         let rotations = body.rotations(animator.subdivision(), level);
@@ -159,4 +159,40 @@ fn normal_map(
     let mut png = std::io::Cursor::new(Vec::new());
     image.write_to(&mut png, image::ImageFormat::Png)?;
     Ok(png.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crease::fixture::{bent_pose, compact_avatar, plain_avatar};
+    use glam::Quat;
+    use std::sync::Arc;
+
+    #[test]
+    fn base_and_wrinkles_are_as_lively_as_is_asked_for() {
+        let mut avatar = compact_avatar();
+        avatar.appearance = plain_avatar().appearance;
+        let mut animator = Animator::new(Arc::new(avatar)).unwrap();
+        // Far from the poses that the tables have.
+        let mut pose = bent_pose();
+        pose.rotations.iter_mut().for_each(|rotation| *rotation *= Quat::from_rotation_z(2.0));
+        let mut baked = |liveliness: f32| {
+            let figure = bake(&mut animator, std::slice::from_ref(&pose), liveliness).unwrap();
+            let avatar = animator.shared_avatar();
+            let mut offsets = vec![Vec3A::ZERO; avatar.rig.rest.len()];
+            let domain = Domain::coarsest(&avatar.canonical, &avatar.rig.skin);
+            avatar.deformation.evaluate_lively(&domain, &pose, liveliness, &mut Scratch::default(), &mut offsets);
+            let mut rest = PosedSurface::new(animator.subdivision());
+            let still = Pose::rest(avatar.rig.parents.len());
+            rest.pose(&avatar.rig, &offsets, &still, animator.subdivision(), avatar.scheme, 2);
+            for (&position, &vertex) in figure.positions.iter().zip(&avatar.appearance.drawn_vertices) {
+                assert!(position.distance(rest.finest()[vertex as usize]) < 1e-6, "the base of that liveliness");
+            }
+            figure
+        };
+        let (calm, lively) = (baked(0.0), baked(1.0));
+        let apart = calm.positions.iter().zip(&lively.positions).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!(apart > 1e-3, "{apart} m");
+        assert_ne!(calm.normal_map, lively.normal_map);
+    }
 }

@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 options.stage == Stage::Detailed && options.detail == 1.0,
                 "--stage, --detail: expected none where the detail is baked into one file"
             );
-            let figure = bake(&mut animator, &motion.poses)?;
+            let figure = bake(&mut animator, &motion.poses, options.liveliness)?;
             write_whole(output, &skinned_glb(animator.avatar(), &figure, &motion))?;
             "poses of a skinned figure"
         }

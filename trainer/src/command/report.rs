@@ -43,7 +43,8 @@ pub struct Arguments {
     /// In how many frames to measure detail, by fitting the truth: seconds each
     #[arg(long, default_value_t = 4)]
     pub energy_frames: usize,
-    /// What poses far from training wear: 0 what is likeliest, 1 the folds of the nearest training poses, as a page shows
+    /// What poses far from training wear, in figures and pictures: 0 what is likeliest, 1 the folds of the nearest training poses, as a page
+    /// shows
     #[arg(long, default_value_t = 0.0)]
     pub liveliness: f32,
     /// Print what was measured as one JSON object
@@ -129,6 +130,7 @@ pub fn write(
         sequence: &sequence.capture.name,
         against: truth.name(),
         residue: &residue,
+        liveliness: wanted.liveliness,
         pictures: rows.as_deref().map_err(String::as_str),
         adapter: &adapter,
         log: &log,
@@ -167,7 +169,7 @@ fn pictures(
     wanted: &Wanted,
 ) -> anyhow::Result<(Vec<Row>, String)> {
     let studio = Studio::open()?;
-    let mut photographer = Photographer::new(&studio, Animator::new(Arc::clone(avatar))?)?;
+    let mut photographer = Photographer::new(&studio, Animator::new(Arc::clone(avatar))?, wanted.liveliness)?;
     let hardest = hardest(&residue.frames);
     let mut chosen: Vec<usize> =
         hardest.iter().take(wanted.pictures.saturating_sub(1)).map(|frame| frame.frame).collect();

@@ -32,6 +32,8 @@ pub struct Report<'a> {
     pub against: &'a str,
     /// Its error.
     pub residue: &'a Residue,
+    /// How lively it is in figures and pictures ([`crease::animate::Options::liveliness`]).
+    pub liveliness: f32,
     /// Pictures, or why there are none.
     pub pictures: Result<&'a [Row], &'a str>,
     /// The graphics adapter that drew them.
@@ -59,6 +61,7 @@ pub fn page(report: &Report) -> String {
                 p {
                     (format!("{:.2} MB. {} frames, against the {}.", report.bytes as f64 / 1e6, report.residue.frames.len(), report.against))
                 }
+                p { (liveliness(report.liveliness)) }
                 (closeness(report.residue))
                 (by_frame(&report.residue.frames))
                 (by_distance(&report.residue.frames))
@@ -69,6 +72,16 @@ pub fn page(report: &Report) -> String {
         }
     };
     page.into_string()
+}
+
+/// What figures and pictures show of poses far from training.
+fn liveliness(liveliness: f32) -> String {
+    let worn = match liveliness {
+        0.0 => "what is likeliest, which is smooth",
+        1.0 => "the folds of the training poses nearest to them, as a player shows them",
+        _ => "something between the likeliest surface and the folds of the training poses nearest to them",
+    };
+    format!("Figures and pictures are of liveliness {liveliness}: poses far from training wear {worn}.")
 }
 
 fn closeness(residue: &Residue) -> Markup {
@@ -299,6 +312,7 @@ mod tests {
             sequence,
             against: "ground truth",
             residue: &residue(),
+            liveliness: 1.0,
             pictures,
             adapter: "an adapter",
             log: &[line(Some(1), Some(2.0), None), line(Some(2), Some(0.5), None), line(None, None, Some(61.0))],
@@ -310,9 +324,18 @@ mod tests {
     fn a_page_tells_all_it_was_given_and_needs_no_other_file() {
         let pictures = [Row { frame: 1, pictures: std::array::from_fn(|_| vec![0xff, 0xd8]) }];
         let page = text("dancer", Ok(&pictures));
-        for part in
-            ["3.63 MB", "0.400", "shins", "11.5", "77.2", "an adapter", "data:image/jpeg;base64,/9g=", "61", "seed = 7"]
-        {
+        for part in [
+            "3.63 MB",
+            "0.400",
+            "shins",
+            "11.5",
+            "77.2",
+            "an adapter",
+            "data:image/jpeg;base64,/9g=",
+            "61",
+            "seed = 7",
+            "liveliness 1: poses",
+        ] {
             assert!(page.contains(part), "{part}");
         }
         assert_eq!(page.matches("<img").count(), COLUMNS.len());

@@ -38,12 +38,12 @@ pub struct Row {
 }
 
 /// What the pictures of a row show.
-pub const COLUMNS: [&str; 5] =
-    ["scan", "base", "detailed", "detailed, as the page shows it", "error of the detailed mesh"];
+pub const COLUMNS: [&str; 5] = ["scan", "base", "detailed", "detailed, in its colours", "error of the detailed mesh"];
 
 /// Draws frames of one avatar.
 pub struct Photographer<'a> {
     animator: Animator,
+    liveliness: f32,
     triangles: Vec<Triangle>,
     clay: Figure<'a>,
     dressed: Figure<'a>,
@@ -51,11 +51,11 @@ pub struct Photographer<'a> {
 }
 
 impl<'a> Photographer<'a> {
-    /// Prepares to draw what `animator` poses.
-    pub fn new(studio: &'a Studio, animator: Animator) -> anyhow::Result<Self> {
+    /// Prepares to draw what `animator` poses, as lively as [`Options::liveliness`] says.
+    pub fn new(studio: &'a Studio, animator: Animator, liveliness: f32) -> anyhow::Result<Self> {
         let triangles = animator.triangles().to_vec();
         let (clay, dressed) = (studio.clay(&animator)?, studio.dressed(&animator)?);
-        Ok(Self { animator, triangles, clay, dressed, studio })
+        Ok(Self { animator, liveliness, triangles, clay, dressed, studio })
     }
 
     /// Pictures of a frame: its `scan`, which is drawn, and its `truth`, which the error is measured against.
@@ -66,8 +66,9 @@ impl<'a> Photographer<'a> {
         scan: &GroundTruth,
         truth: &GroundTruth,
     ) -> anyhow::Result<Vec<Row>> {
+        let options = Options { liveliness: self.liveliness, ..Options::default() };
         let [base, detailed] = [Stage::Base, Stage::Detailed]
-            .map(|stage| self.animator.animate(pose, &Options { stage, ..Options::default() }).to_vec());
+            .map(|stage| self.animator.animate(pose, &Options { stage, ..options }).to_vec());
         let comparison = Comparison::new(&detailed, &self.triangles, truth)?;
         let gaps = comparison.gaps_at_vertices(detailed.len(), &self.triangles);
         let values: Vec<f32> =
@@ -143,7 +144,7 @@ mod tests {
         let studio = Studio::open().unwrap();
         let avatar = std::sync::Arc::new(compact_avatar());
         let joint_count = avatar.rig.parents.len();
-        let mut photographer = Photographer::new(&studio, Animator::new(avatar).unwrap()).unwrap();
+        let mut photographer = Photographer::new(&studio, Animator::new(avatar).unwrap(), 0.0).unwrap();
         let points = GroundTruth { points: vec![Vec3A::Y; 40], normals: vec![Vec3A::Z; 40] };
         let mut drawn =
             |pose: &Pose| photographer.rows(0, pose, &points, &points).unwrap().remove(0).pictures[1..].to_vec();
@@ -151,6 +152,26 @@ mod tests {
         let [first, second] = [&bent, &rest].map(&mut drawn);
         for column in 0..first.len() {
             assert!(first[column] != second[column], "{}", COLUMNS[1 + column]);
+        }
+    }
+
+    #[test]
+    fn every_column_is_as_lively_as_is_asked_for() {
+        let studio = Studio::open().unwrap();
+        let avatar = std::sync::Arc::new(compact_avatar());
+        // Far from the poses that the tables have.
+        let mut pose = bent_pose();
+        pose.rotations[1..].iter_mut().for_each(|rotation| *rotation *= Quat::from_rotation_z(0.9));
+        let points = GroundTruth { points: vec![Vec3A::Y; 40], normals: vec![Vec3A::Z; 40] };
+        let drawn = |liveliness: f32| {
+            let animator = Animator::new(avatar.clone()).unwrap();
+            let mut photographer = Photographer::new(&studio, animator, liveliness).unwrap();
+            photographer.rows(0, &pose, &points, &points).unwrap().remove(0).pictures
+        };
+        let (calm, lively) = (drawn(0.0), drawn(1.0));
+        assert!(calm[0] == lively[0], "the scan is what it is");
+        for column in 1..calm.len() {
+            assert!(calm[column] != lively[column], "{}", COLUMNS[column]);
         }
     }
 }

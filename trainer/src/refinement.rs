@@ -3,8 +3,9 @@
 //! What a frame's own fit says would follow the error of its pose; the mean over all frames, and what of it changes slowly with the pose,
 //! does not.
 
+use crate::checkpoint::{Ingredients, Keep};
 use crate::compact::{CompactDeformation, RegressionOptions};
-use crate::context::TrainContext;
+use crate::context::{Sample, TrainContext};
 use crate::registration::{DressedPerson, Hold};
 use crease::animate::PosedSurface;
 use crease::body::Pose;
@@ -31,43 +32,62 @@ impl Default for RefinementOptions {
     }
 }
 
-/// Refines the poses of all frames that have a scan, trained on or not. The base is that of the frames that are trained on.
+/// Refines the poses of all frames that have a scan, trained on or not. The base is that of the frames that are trained on. Rounds that the
+/// checkpoint has are taken from there.
 pub fn refine_poses(context: &mut TrainContext) -> anyhow::Result<()> {
-    let options = context.options.refinement;
-    let initial: Vec<Vec<Pose>> = context.sequences.iter().map(|sequence| sequence.poses.clone()).collect();
-    for _ in 0..options.round_count {
-        let refined = refined(context, &initial)?;
-        for (sequence, poses) in context.sequences.iter_mut().zip(refined) {
-            sequence.poses = poses;
+    let round_count = context.options.refinement.round_count;
+    if round_count == 0 {
+        return Ok(());
+    }
+    let initial: Vec<Pose> = frames(context).map(|sample| context.pose(sample).clone()).collect();
+    let inputs = inputs(context);
+    for round in 0..round_count {
+        let inputs = inputs.clone().value(&round).finish();
+        let refine = || refined(context, &initial);
+        let mut poses = context.checkpoint.remember(&format!("refined-{round}"), inputs, refine)?.into_iter();
+        for sequence in &mut context.sequences {
+            sequence.poses = poses.by_ref().take(sequence.poses.len()).collect();
         }
     }
     Ok(())
 }
 
-/// One round: poses of all sequences.
-fn refined(context: &TrainContext, initial: &[Vec<Pose>]) -> anyhow::Result<Vec<Vec<Pose>>> {
+/// All frames of all sequences.
+fn frames(context: &TrainContext) -> impl Iterator<Item = Sample> + '_ {
+    let of_sequence = |(sequence, poses): (usize, usize)| (0..poses).map(move |frame| Sample { sequence, frame });
+    context.sequences.iter().map(|sequence| sequence.poses.len()).enumerate().flat_map(of_sequence)
+}
+
+/// Everything that the rounds depend on: what is trained on, and all poses and scans.
+fn inputs(context: &TrainContext) -> Ingredients {
+    let trained: Vec<[usize; 2]> = context.samples.iter().map(|sample| [sample.sequence, sample.frame]).collect();
+    let start = context.ingredients("refined").value(&context.sequences[0].betas).value(&trained);
+    frames(context).fold(start, |all, sample| match context.frame_ingredients("refined", sample) {
+        Ok(frame) => all.bytes(&frame.finish().0),
+        // Without a scan a frame keeps its pose.
+        Err(_) => all.bytes(&context.pose(sample).to_bytes()),
+    })
+}
+
+/// One round: poses of all frames.
+fn refined(context: &TrainContext, initial: &[Pose]) -> anyhow::Result<Vec<Pose>> {
     let options = context.options.refinement;
     let base = slow_base(context)?;
     let hold = Hold { rotation_weight: options.rotation_weight, translation_weight: options.translation_weight };
     let person = DressedPerson::new(&context.body, &context.sequences[0].betas);
-    let frame_count = initial.iter().map(Vec::len).sum();
-    let bar = context.progress.bar("refining the poses", frame_count);
-    let poses = context.sequences.iter().zip(initial).map(|(sequence, initial)| {
-        (initial.par_iter().enumerate())
-            .map(|(index, initial)| {
-                let pose = match sequence.capture.scan(index) {
-                    Ok(frame) => {
-                        person.refined(&frame, clothes(context, &base, &sequence.poses[index]), initial, hold)?
-                    }
-                    // Training tells of scans that it needs and cannot read.
-                    Err(_) => initial.clone(),
-                };
-                bar.advance(1);
-                Ok(pose)
-            })
-            .collect()
-    });
-    poses.collect()
+    let bar = context.progress.bar("refining the poses", initial.len());
+    let samples: Vec<Sample> = frames(context).collect();
+    let pose = |(&sample, initial): (&Sample, &Pose)| {
+        // Training tells of scans that it needs and cannot read.
+        let Ok(ingredients) = context.frame_ingredients("refining", sample) else { return Ok(initial.clone()) };
+        let clothes = clothes(context, &base, context.pose(sample));
+        let inputs = ingredients.bytes(&initial.to_bytes()).points(&clothes).finish();
+        let refine = || person.refined(&context.scan(sample)?, clothes, initial, hold);
+        let pose = context.checkpoint.remember(&sample.name("refining"), inputs, refine);
+        bar.advance(1);
+        pose
+    };
+    samples.par_iter().zip(initial).map(pose).collect()
 }
 
 /// f_d of all frames without what changes fast with the pose.

@@ -9,6 +9,7 @@ use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::interrupt::{Interrupt, Interrupted};
 use crease_trainer::options::{NetworkOptions, TrainOptions};
 use crease_trainer::progress::Progress;
+use crease_trainer::refinement::refine_poses;
 use crease_trainer::train::{Facts, train};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,9 +38,11 @@ fn context(sequence: &Path, options: &TrainOptions) -> TrainContext {
     TrainContext::new(body, vec![sequence], samples, options.clone(), Progress::Silent).unwrap()
 }
 
-fn avatar(context: &TrainContext) -> anyhow::Result<Vec<u8>> {
+/// Refines poses where the options ask for it, and trains.
+fn avatar(mut context: TrainContext) -> anyhow::Result<Vec<u8>> {
     let facts = Facts { name: "bumpy".into(), ..Facts::default() };
-    Ok(train(context, &facts)?.write())
+    refine_poses(&mut context)?;
+    Ok(train(&context, &facts)?.write())
 }
 
 fn with_checkpoint(sequence: &Path, options: &TrainOptions, directory: &Path, interrupt: &Interrupt) -> TrainContext {
@@ -63,33 +66,34 @@ fn check(name: &str, options: &TrainOptions, files: &[&str]) {
     let scratch = Directory::new(name);
     let (sequence, kept) = (scratch.0.join("sequence"), scratch.0.join("kept"));
     write_sequence(&sequence);
-    let undisturbed = avatar(&context(&sequence, options)).unwrap();
+    let undisturbed = avatar(context(&sequence, options)).unwrap();
     for file in files {
         let interrupt = Interrupt::default();
         let watcher = stop_at(kept.join(file), interrupt.clone());
-        let result = avatar(&with_checkpoint(&sequence, options, &kept, &interrupt));
+        let result = avatar(with_checkpoint(&sequence, options, &kept, &interrupt));
         interrupt.set();
         watcher.join().unwrap();
         let error = result.map(|bytes| bytes.len()).expect_err("it was interrupted");
         assert!(error.is::<Interrupted>() && kept.join(file).exists(), "{file}: {error:#}");
     }
-    // A file that a killed process or a bad disk left damaged is as good as none.
-    let damaged = kept.join(files[0]);
-    let mut bytes = fs::read(&damaged).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 1;
-    fs::write(&damaged, bytes).unwrap();
-    let resumed = avatar(&with_checkpoint(&sequence, options, &kept, &Interrupt::default())).unwrap();
+    // Files that a killed process or a bad disk left damaged are as good as none.
+    for file in files {
+        let damaged = kept.join(file);
+        let mut bytes = fs::read(&damaged).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(&damaged, bytes).unwrap();
+    }
+    let resumed = avatar(with_checkpoint(&sequence, options, &kept, &Interrupt::default())).unwrap();
     assert!(resumed == undisturbed, "the same bytes");
     // And what is complete is not trained again: an interrupt finds nothing left to stop.
     let interrupt = Interrupt::default();
     let context = with_checkpoint(&sequence, options, &kept, &interrupt);
     interrupt.set();
-    assert!(avatar(&context).is_ok_and(|again| again == undisturbed));
+    assert!(avatar(context).is_ok_and(|again| again == undisturbed));
     // Other options are another run.
     let other = TrainOptions { seed: 7, ..options.clone() };
-    drop(context);
-    let error = avatar(&with_checkpoint(&sequence, &other, &kept, &interrupt)).unwrap_err();
+    let error = avatar(with_checkpoint(&sequence, &other, &kept, &interrupt)).unwrap_err();
     assert!(error.is::<Interrupted>(), "{error:#}");
 }
 
@@ -108,4 +112,12 @@ fn frames_that_are_read_anew_each_time_change_nothing_of_that() {
 fn the_compact_preset_goes_on_after_any_frame() {
     let files = ["coarse-0-00000.result", "base-0-00000.result"];
     check("resume-compact", &small(TrainOptions::compact()), &files);
+}
+
+#[test]
+fn refined_poses_are_kept_round_by_round_and_frame_by_frame() {
+    let mut options = small(TrainOptions::compact());
+    options.refinement.round_count = 2;
+    let files = ["refining-0-00002.result", "refined-0.result", "refined-1.result"];
+    check("resume-refined", &options, &files);
 }

@@ -64,6 +64,14 @@ impl Figures {
         self.0.insert(key.to_owned(), value);
     }
 
+    /// Memory of a page's element: the module's, the GPU's, and both.
+    fn put_memory(&mut self, key: &str, statistics: &Value) {
+        let (wasm, gpu) = (statistics["memoryBytes"].as_u64(), statistics["gpuBytes"].as_u64());
+        self.put(&format!("{key}_wasm"), json!(wasm));
+        self.put(&format!("{key}_gpu"), json!(gpu));
+        self.put(key, json!(wasm.zip(gpu).map(|(wasm, gpu)| wasm + gpu)));
+    }
+
     /// A Markdown table, a row a figure.
     fn table(&self) -> String {
         let row = |(key, value): (&String, &Value)| match value {
@@ -159,12 +167,11 @@ fn pages(figures: &mut Figures) -> Result<()> {
             }
             figures.put("iterations_wasm", statistics["iterations"].clone());
             figures.put("solver_setup_ms_wasm", statistics["detailSetupMilliseconds"].clone());
-            let (wasm, gpu) = (statistics["memoryBytes"].as_u64(), statistics["gpuBytes"].as_u64());
-            figures.put("memory_bytes_wasm", json!(wasm));
-            figures.put("memory_bytes_gpu", json!(gpu));
-            figures.put("memory_bytes", json!(wasm.zip(gpu).map(|(wasm, gpu)| wasm + gpu)));
+            figures.put_memory("memory_bytes", &statistics);
         }
     }
+    // Whatever the adapter, as much is held.
+    figures.put_memory("memory_bytes_webgpu", &check::statistics(Path::new(PAGE), "?backend=webgpu", 2)?);
     // As a page has it that demands no quality: the base comes first.
     let statistics = check::statistics(Path::new(PAGE), "?backend=webgpu%2Bcpu&quality=auto", FRAMES)?;
     figures.put("first_frame_ms", statistics["firstFrameMilliseconds"].clone());

@@ -1,8 +1,10 @@
 //! The cotangent Laplacian of one posed mesh (paper Eq. cotLap), and reconstruction with it: what the uniform-angle operator stands in for.
 //!
-//! Rows are divided to metres as the uniform-angle ones are: L = I − W, W the cotangents' shares of their sum, and (L u)_k = s_k δ_k with
-//! s_k = a_k / ½ Σ_j (cot α_kj + cot β_kj). So anchors weigh the same beside both. Unlike there L hangs on the pose.
+//! Rows are divided by what the uniform-angle ones are divided by: (L u)_k = s_k δ_k with the same s_k, and on equilateral triangles the same
+//! L. So anchors weigh the same beside both. Unlike there L hangs on the pose. (A row divided by the sum of its own cotangents would be
+//! divided by next to nothing between obtuse triangles.)
 
+use crease::laplacian::scale_per_area;
 use crease::mesh::{Adjacency, Triangle, mixed_voronoi_areas};
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
@@ -10,57 +12,44 @@ use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
 use glam::{DVec3, Vec3A};
 
-/// A row whose cotangents sum to less than this share of their absolute values has no direction to speak of, and is left empty.
-const LEAST_SHARE: f64 = 0.1;
-
 /// L and s of one mesh.
 pub struct CotangentOperator<'a> {
     adjacency: &'a Adjacency,
-    /// W, in the adjacency's order; zeros where a row is empty.
-    shares: Vec<f64>,
-    /// s_k, m²; zero where a row is empty.
+    /// −L off its diagonal, in the adjacency's order.
+    weights: Vec<f64>,
+    /// s_k, m²; zero where a vertex has fewer than three neighbours, or no area.
     scales: Vec<f64>,
 }
 
 impl<'a> CotangentOperator<'a> {
     /// Of a mesh (metres) whose neighbours `adjacency` has.
     pub fn new(adjacency: &'a Adjacency, triangles: &[Triangle], positions: &[Vec3A]) -> Self {
-        let mut shares = vec![0.0; adjacency.neighbours.len()];
+        let mut weights = vec![0.0; adjacency.neighbours.len()];
         for &triangle in triangles {
             for turn in 0..3 {
                 let [opposite, a, b] = [0, 1, 2].map(|corner| triangle[(turn + corner) % 3]);
                 let half = 0.5 * cotangent([opposite, a, b].map(|vertex| positions[vertex as usize].as_dvec3()));
-                shares[entry(adjacency, a, b)] += half;
-                shares[entry(adjacency, b, a)] += half;
+                weights[entry(adjacency, a, b)] += half;
+                weights[entry(adjacency, b, a)] += half;
             }
         }
         let mut areas = vec![0.0; positions.len()];
         mixed_voronoi_areas(positions, triangles, &mut areas);
         let mut scales = vec![0.0; positions.len()];
         for (k, scale) in scales.iter_mut().enumerate() {
-            let row = &mut shares[adjacency.offsets[k] as usize..adjacency.offsets[k + 1] as usize];
-            let (sum, size) = row.iter().fold((0.0, 0.0), |(sum, size), share| (sum + share, size + share.abs()));
-            if sum > LEAST_SHARE * size {
-                *scale = f64::from(areas[k]) / sum;
-                row.iter_mut().for_each(|share| *share /= sum);
-            } else {
-                row.fill(0.0);
-            }
+            let scale_per_area = f64::from(scale_per_area(adjacency.valence(k)));
+            *scale = f64::from(areas[k]) * scale_per_area;
+            let row = adjacency.offsets[k] as usize..adjacency.offsets[k + 1] as usize;
+            weights[row].iter_mut().for_each(|weight| *weight *= scale_per_area);
         }
-        Self { adjacency, shares, scales }
-    }
-
-    /// Vertices whose row is empty.
-    pub fn empty_row_count(&self) -> usize {
-        self.scales.iter().filter(|&&scale| scale == 0.0).count()
+        Self { adjacency, weights, scales }
     }
 
     /// Column and value of each entry of row `k`, the diagonal first.
     fn row(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
-        let own = if self.scales[k] > 0.0 { 1.0 } else { 0.0 };
-        let range = self.adjacency.offsets[k] as usize..self.adjacency.offsets[k + 1] as usize;
-        let others = self.adjacency.of(k).iter().zip(&self.shares[range]);
-        std::iter::once((k, own)).chain(others.map(|(&j, &share)| (j as usize, -share)))
+        let weights = &self.weights[self.adjacency.offsets[k] as usize..self.adjacency.offsets[k + 1] as usize];
+        let others = self.adjacency.of(k).iter().zip(weights);
+        std::iter::once((k, weights.iter().sum())).chain(others.map(|(&j, &weight)| (j as usize, -weight)))
     }
 
     /// L `field`.
@@ -69,7 +58,7 @@ impl<'a> CotangentOperator<'a> {
         (0..field.len()).map(row).collect()
     }
 
-    /// δ = L `field` / s, 1/m; zero where a row is empty.
+    /// δ = L `field` / s, 1/m; zero where s is.
     pub fn delta(&self, field: &[Vec3A]) -> Vec<Vec3A> {
         let of_row = |(row, &scale): (DVec3, &f64)| if scale > 0.0 { (row / scale).as_vec3a() } else { Vec3A::ZERO };
         self.apply(field).into_iter().zip(&self.scales).map(of_row).collect()
@@ -184,7 +173,6 @@ mod tests {
         let mesh = sphere(0.4, 4);
         let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
         let operator = CotangentOperator::new(&adjacency, &mesh.triangles, &mesh.positions);
-        assert_eq!(operator.empty_row_count(), 0);
         for (delta, position) in operator.delta(&mesh.positions).iter().zip(&mesh.positions) {
             let expected = *position * (2.0 / (0.4 * 0.4));
             assert!((*delta - expected).length() < 0.02 * expected.length(), "{delta} for {expected}");

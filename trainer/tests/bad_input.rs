@@ -3,10 +3,12 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{Directory, FRAME_COUNT, npz, open, write_body, write_sequence};
+use common::{Directory, FRAME_COUNT, npz, open, ply, write_body, write_body_model, write_sequence};
 use crease::numpy::{Array, ReadError};
+use glam::Vec3A;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 fn sequence(name: &str) -> Directory {
     let directory = Directory::new(name);
@@ -102,4 +104,71 @@ fn frames_are_checked() {
     let bare = open(&directory.0).unwrap();
     assert_eq!(bare.capture.scan(0).unwrap_err().field, "capture.kind");
     assert!(bare.capture.ground_truth(2).is_ok(), "ground truth needs no scans");
+}
+
+/// Runs the trainer; gives what it said on standard error if it failed.
+fn crease(directory: &Path, arguments: &[&str]) -> Result<(), String> {
+    let output = Command::new(env!("CARGO_BIN_EXE_crease")).args(arguments).current_dir(directory).output().unwrap();
+    output.status.success().then_some(()).ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn scans_that_lie_otherwise_are_refused_before_any_work_is_done() {
+    let directory = Directory::new("misplaced");
+    let body = write_sequence(&directory.0.join("bumpy"));
+    write_body_model(&directory.0.join("model.npz"), &body);
+    let scans: Vec<Vec<Vec3A>> = {
+        let sequence = open(&directory.0.join("bumpy")).unwrap();
+        (0..FRAME_COUNT).map(|frame| sequence.capture.scan(frame).unwrap().points).collect()
+    };
+    let train = [
+        &["train", "bumpy", "-o", "a.glb", "--body", "model.npz", "--frames", "0::5", "--quiet"][..],
+        &["--set", "texture_size=16", "--set", "anchor_count=50", "--set", "compact.coarse_fit.smoothness=[60]"],
+        &["--set", "compact.base_fit.smoothness=[3]", "--set", "compact.detail_fit.smoothness=[1]"],
+    ]
+    .concat();
+    let register = ["register", "bumpy", "-o", "b.npz", "--body", "model.npz"];
+    type Change = fn(Vec3A) -> Vec3A;
+    let cases: [(Change, &str, bool); 3] = [
+        (|p| 1000.0 * p, "\"units\": \"millimetre\"", true),
+        (|p| Vec3A::new(p.x, -p.z, p.y), "\"up\": \"z\"", true),
+        // Without poses nothing tells mirror images.
+        (|p| Vec3A::new(-p.x, p.y, p.z), "\"mirrored\": \"x\"", false),
+    ];
+    for (change, way_out, register_tells) in cases {
+        for (frame, points) in scans.iter().enumerate() {
+            let changed: Vec<Vec3A> = points.iter().map(|&point| change(point)).collect();
+            fs::write(directory.0.join(format!("bumpy/frames/{frame:04}.ply")), ply(&changed)).unwrap();
+        }
+        let message = crease(&directory.0, &train).unwrap_err();
+        assert!(message.contains(way_out) && message.contains("--unchecked"), "{message}");
+        if register_tells {
+            let message = crease(&directory.0, &register).unwrap_err();
+            assert!(message.contains(way_out), "{message}");
+        }
+        assert_eq!(fs::read_dir(&directory.0).unwrap().count(), 2, "nothing is left behind");
+    }
+    crease(&directory.0, &[&train[..], &["--unchecked"]].concat()).unwrap();
+    assert!(directory.0.join("a.glb").exists());
+}
+
+#[test]
+fn a_frame_that_cannot_be_read_has_a_way_out() {
+    let directory = Directory::new("unreadable");
+    let body = write_sequence(&directory.0.join("bumpy"));
+    write_body_model(&directory.0.join("model.npz"), &body);
+    fs::write(directory.0.join("bumpy/frames/0003.ply"), ply(&[])).unwrap();
+    let train = ["train", "bumpy", "-o", "a.glb", "--body", "model.npz", "--quiet"];
+    let message = crease(&directory.0, &train).unwrap_err();
+    assert!(message.contains("0003.ply") && message.contains("--resume") && message.contains("--frames"), "{message}");
+    assert!(!directory.0.join("a.glb").exists());
+    let message = crease(&directory.0, &["register", "bumpy", "--force", "--body", "model.npz"]).unwrap_err();
+    assert!(message.contains("0003.ply") && message.contains("take it out"), "{message}");
+}
+
+#[test]
+fn depth_images_without_a_camera_are_refused() {
+    let directory = sequence("no-camera");
+    let error = describe(&directory.0, "\"pointcloud\"", "\"depth\"");
+    assert!(error.file.ends_with("camera.json") && error.expected.contains("fx, fy, cx, cy"), "{error}");
 }

@@ -12,6 +12,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::num::NonZero;
+use std::path::Path;
 
 /// Points of a frame that are looked at closely.
 const PROBE_COUNT: usize = 2_000;
@@ -87,6 +88,11 @@ pub fn check(capture: &Capture, body: &Body) -> Report {
             Err(error) => report.problems.push(error.to_string()),
         }
     }
+    if report.frames.len() < capture.frame_count {
+        report
+            .notes
+            .push("frames that cannot be read: write them again, or leave them out of training with --frames".into());
+    }
     report.ground_truth_count = (0..capture.frame_count).filter(|&index| capture.has_ground_truth(index)).count();
     judge_size(&mut report);
     let mut placement = Placement::new(capture);
@@ -96,6 +102,23 @@ pub fn check(capture: &Capture, body: &Body) -> Report {
     judge_count(capture, &mut report);
     judge_body(capture, body, &placement, &mut report);
     report
+}
+
+/// What a few scans tell in a second or two: units, what is up, mirror images, and `poses` (a file, where there is one) that lie otherwise.
+/// Each problem has a way out; what cannot be read has none here.
+pub fn misplacement(capture: &Capture, body: &Body, poses: &Path) -> Vec<String> {
+    let mut placement = Placement::new(capture);
+    let frames: Vec<FrameFacts> = placement.scans().par_iter().map(facts).collect();
+    let mut report = Report { is_depth: capture.camera().is_some(), frames: frames.clone(), ..Report::default() };
+    judge_size(&mut report);
+    placement.judge_up(&frames, &mut report);
+    placement.judge_normals(&mut report);
+    if let Ok(written) = read_body(poses)
+        && written.parameters.poses.len() == capture.frame_count
+    {
+        placement.judge_body(body, &written, &mut report);
+    }
+    report.problems
 }
 
 fn facts(frame: &Frame) -> FrameFacts {
@@ -146,7 +169,14 @@ fn judge_size(report: &mut Report) {
     let longest = (0..3).max_by(|&a, &b| extents[a].total_cmp(&extents[b])).unwrap_or(1);
     let size = extents[longest];
     let units = [("centimetre", 0.01), ("millimetre", 0.001)];
-    if let Some((unit, _)) = units.iter().find(|(_, scale)| HEIGHTS.contains(&(size * scale))).filter(|_| size > 10.0) {
+    if report.is_depth && !HEIGHTS.contains(&size) {
+        report.problems.push(format!(
+            "camera.json: depth_scale: expected a person of {HEIGHTS:?} m, found {size:.3} m: it is the metres of one unit of the depth \
+             images, which show the person alone"
+        ));
+    } else if let Some((unit, _)) =
+        units.iter().find(|(_, scale)| HEIGHTS.contains(&(size * scale))).filter(|_| size > 10.0)
+    {
         report.problems.push(format!(
             "sequence.json: units: expected a person of {HEIGHTS:?} m, found {size:.0} m: say \"units\": \"{unit}\""
         ));

@@ -40,6 +40,11 @@ impl<'a> Placement<'a> {
         Self { capture, scans, orientation: capture.orientation }
     }
 
+    /// The scans.
+    pub fn scans(&self) -> &[Frame] {
+        &self.scans
+    }
+
     /// What is up, by the frames' median extents and the width of the ends.
     pub fn judge_up(&mut self, frames: &[FrameFacts], report: &mut Report) {
         if frames.is_empty() || self.scans.is_empty() {

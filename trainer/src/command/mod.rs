@@ -16,11 +16,13 @@ mod shown;
 pub mod train;
 pub mod transfer;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use crease::avatar::Avatar;
+use crease::body::Body;
 use crease::numpy::ReadError;
+use crease_trainer::check::misplacement;
 use crease_trainer::interrupt::Interrupt;
-use crease_trainer::sequence::{Reading, Sequence, read};
+use crease_trainer::sequence::{Capture, Reading, Sequence, read};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,6 +39,18 @@ fn open_sequence(
 
 fn read_avatar(path: &Path) -> anyhow::Result<Avatar> {
     Ok(Avatar::read(&read(path)?, &path.display().to_string())?)
+}
+
+/// Fails where the scans of `capture`, or `poses` beside them, lie otherwise than they are read: work on them would be for nothing.
+fn ensure_placed(capture: &Capture, body: &Body, poses: &Path) -> anyhow::Result<()> {
+    let problems = misplacement(capture, body, poses);
+    ensure!(
+        problems.is_empty(),
+        "{}: {}\n--unchecked takes them as they are",
+        capture.directory.display(),
+        problems.join("\n")
+    );
+    Ok(())
 }
 
 /// Exit code of a command that its user stopped.

@@ -1,12 +1,13 @@
 //! `crease register`.
 
+use super::ensure_placed;
 use anyhow::ensure;
 use clap::Args;
 use crease_trainer::config::read_body_model;
 use crease_trainer::progress::Progress;
 use crease_trainer::registration::{Hints, read_keypoints, register};
 use crease_trainer::sequence::{Capture, Reading, Up, read_first_pose, write_body};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(Args)]
@@ -30,6 +31,9 @@ pub struct Arguments {
     /// Replaces a file that is there
     #[arg(long)]
     pub force: bool,
+    /// Go on even where units or axes of the scans seem to be others than they are read in
+    #[arg(long)]
+    pub unchecked: bool,
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -42,6 +46,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         output.display()
     );
     let body = read_body_model(arguments.body.as_deref())?;
+    if !arguments.unchecked {
+        ensure_placed(&capture, &body, Path::new(""))?;
+    }
     let initial_pose = match &arguments.initial_pose {
         None => None,
         Some(path) => read_first_pose(path, capture.poses_up, body.shaped(&[]).rest_joints[0])?,

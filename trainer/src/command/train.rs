@@ -1,12 +1,13 @@
 //! `crease train`.
 
 use super::report::{self, Wanted};
-use super::{interrupt, open_sequence, read_avatar};
+use super::{ensure_placed, interrupt, open_sequence, read_avatar};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use crease::avatar::Avatar;
+use crease::numpy::ReadError;
 use crease_trainer::checkpoint::Checkpoint;
-use crease_trainer::config::{ChosenFrames, OPEN_BODY_NOTICE, RunConfig};
+use crease_trainer::config::{ChosenFrames, OPEN_BODY_NOTICE, RunConfig, read_body_model};
 use crease_trainer::context::TrainContext;
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
@@ -14,7 +15,7 @@ use crease_trainer::interrupt::Interrupted;
 use crease_trainer::options::TrainOptions;
 use crease_trainer::progress::Progress;
 use crease_trainer::refinement::refine_poses;
-use crease_trainer::sequence::{BodyParameters, Reading, Up, write_body};
+use crease_trainer::sequence::{BodyParameters, Capture, Reading, Up, write_body};
 use crease_trainer::train::{Facts, train};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -75,6 +76,9 @@ pub struct Arguments {
     /// Write a page about the avatar beside it (.html), as `crease report` does: on the first sequence, frames that were not trained on
     #[arg(long)]
     pub report: bool,
+    /// Go on even where units or axes of the scans seem to be others than they are read in, or poses lie beside them
+    #[arg(long)]
+    pub unchecked: bool,
     /// Say nothing but errors
     #[arg(long, conflicts_with = "json")]
     pub quiet: bool,
@@ -107,6 +111,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         (_, true) => Progress::Json,
         _ => Progress::Bars,
     };
+    if arguments.resume.is_none() && !arguments.unchecked {
+        check_places(&config)?;
+    }
     let directory = arguments.resume.clone().or_else(|| arguments.checkpoint.clone());
     let kept = Kept {
         interval: Duration::from_secs(arguments.checkpoint_every),
@@ -116,6 +123,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     execute(&config, progress, &kept)?;
     config.write(&config.output.with_extension("toml"))?;
     if arguments.report { report(&config, progress) } else { Ok(()) }
+}
+
+/// Looks at a few scans of each sequence, and at the poses beside them.
+fn check_places(config: &RunConfig) -> anyhow::Result<()> {
+    let body = read_body_model(config.body.as_deref())?;
+    for chosen in &config.sequences {
+        let capture = Capture::open_as(&chosen.directory, &chosen.reading)?;
+        let poses = chosen.poses.clone().unwrap_or_else(|| chosen.directory.join("body.npz"));
+        ensure_placed(&capture, &body, &poses)?;
+    }
+    Ok(())
 }
 
 /// The page about what was trained.
@@ -225,7 +243,8 @@ fn how_to_go_on(error: anyhow::Error, directory: &Path) -> anyhow::Error {
     if error.is::<Interrupted>() {
         error.context(format!("stopped; what was done is kept, and this goes on with it: {hint}"))
     } else {
-        error.context(format!("training failed; once this is mended, `{hint}` goes on with what was done"))
+        let left_out = if error.is::<ReadError>() { "; --frames leaves frames out" } else { "" };
+        error.context(format!("training failed; once this is mended, `{hint}` goes on with what was done{left_out}"))
     }
 }
 

@@ -81,7 +81,10 @@ pub fn register(capture: &Capture, body: &Body, hints: &Hints, progress: Progres
     let clouds = (0..capture.frame_count)
         .into_par_iter()
         .map(|index| {
-            let cloud = Cloud::new(&capture.scan(index)?);
+            let scan = capture.scan(index).context(
+                "every frame is registered: mend this one, or take it out, number the others anew and say so in sequence.json",
+            )?;
+            let cloud = Cloud::new(&scan);
             bar.advance(1);
             Ok(cloud)
         })

@@ -51,6 +51,10 @@ impl Camera {
     /// Reads `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels; optional `depth_scale` (metres for one unit, a millimetre if
     /// left out) and `world_from_camera` (4 × 4, row-major, rigid; the identity if left out).
     pub fn read(path: &Path) -> Result<Self, ReadError> {
+        if !path.exists() {
+            let expected = "the camera of the depth images: width, height, fx, fy, cx, cy and world_from_camera, as OpenCV has them";
+            return Err(read_error(path, "file", expected, "none".into()));
+        }
         Self::decode(&read(path)?, &path.display().to_string())
     }
 

@@ -94,10 +94,10 @@ fn write_pages(folder: &Path, media: &[(&str, &str)]) -> Result<Vec<Page>> {
     let pages = read_pages(&root.join("docs"))?;
     files::empty(folder)?;
     for page in &pages {
-        files::write(&folder.join(format!("{}.html", page.name)), &template::page(page, &pages))?;
+        files::write(&folder.join(format!("{}.html", page.name)), template::page(page, &pages))?;
         for (index, example) in page.examples.iter().enumerate() {
             let file = folder.join("examples").join(page.example_file(index));
-            files::write(&file, &template::example(page, index, example))?;
+            files::write(&file, template::example(page, index, example))?;
         }
     }
     let is_picture = |path: &Path| path.extension().is_some_and(|ending| ending == "png" || ending == "webp");

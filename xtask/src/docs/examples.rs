@@ -33,7 +33,7 @@ pub fn run(folder: &Path, pages: &[Page]) -> Result<()> {
     let name = format!("Running {} examples of the documentation", files.len());
     require_no_problem(&progress::quietly(&name, || open(folder, &files))?)?;
     let broken = "broken.html".to_owned();
-    files::write(&folder.join("examples").join(&broken), &template::example(&pages[0], 0, BROKEN))?;
+    files::write(&folder.join("examples").join(&broken), template::example(&pages[0], 0, BROKEN))?;
     let told = open(folder, &[broken])?;
     ensure!(require_no_problem(&told).is_err(), "an example that throws passed the check");
     Ok(())

@@ -38,6 +38,7 @@ const steps = [
 try {
   const context = await browser.newContext({ viewport: DESKTOP, permissions: ["clipboard-read", "clipboard-write"] });
   context.setDefaultTimeout(order.limitMilliseconds);
+  await context.addInitScript(keepMessages);
   const page = await context.newPage();
   collectProblems(page, result.problems);
   for (const step of steps) {
@@ -198,10 +199,21 @@ async function ready(page) {
 }
 
 async function message(page, pattern) {
-  await page.waitForFunction(
-    ([source, flags]) => new RegExp(source, flags).test(document.querySelector("#toast.shown")?.textContent ?? ""),
-    [pattern.source, pattern.flags],
-  );
+  try {
+    await page.waitForFunction((pattern) => messages.some((text) => pattern.test(text)), pattern);
+  } catch (error) {
+    const seen = await page.evaluate(() => messages);
+    throw new Error(`expected a message like ${pattern}, seen ${JSON.stringify(seen)}: ${firstLine(error)}`);
+  }
+}
+
+/** Runs in each page before its scripts: keeps every message that is shown. On a busy machine one may be over before two pictures are drawn. */
+function keepMessages() {
+  window.messages = [];
+  new MutationObserver(() => {
+    const text = document.querySelector("#toast.shown")?.textContent;
+    if (text && text !== messages.at(-1)) messages.push(text);
+  }).observe(document, { subtree: true, childList: true, attributes: true, attributeFilter: ["class"] });
 }
 
 async function screenshot(page, name) {

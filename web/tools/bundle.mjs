@@ -21,4 +21,4 @@ await build({
   sourcemap: true,
   logLevel: "warning",
 });
-await copyFile("pkg/crease_bg.wasm", `${folder}/crease_bg.wasm`);
+for (const name of ["crease_bg.wasm", "crease_bg.symbols"]) await copyFile(`pkg/${name}`, `${folder}/${name}`);

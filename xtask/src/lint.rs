@@ -22,21 +22,16 @@ pub fn run(toolchain: Toolchain) -> Result<()> {
     step("tsc", &mut wasm::npm_script("check"))
 }
 
-/// Debian's compiler comes without clippy: there the wasm code is checked by the compiler alone.
+/// Where there is no clippy for wasm, the wasm code is checked by the compiler alone.
 fn wasm_lint(toolchain: Toolchain) -> Command {
     let what = ["--package", "crease-module", "--lib"];
-    match toolchain {
-        Toolchain::Active => {
-            let mut clippy = toolchain.cargo("clippy");
-            clippy.args(what).args(["--", "-D", "warnings"]);
-            clippy
-        }
-        Toolchain::Debian => {
-            let mut check = toolchain.cargo("check");
-            check.args(what);
-            check
-        }
+    if let Some(mut clippy) = toolchain.clippy() {
+        clippy.args(what).args(["--", "-D", "warnings"]);
+        return clippy;
     }
+    let mut check = toolchain.cargo("check");
+    check.args(what);
+    check
 }
 
 /// rustup's minimal profile has neither rustfmt nor clippy.

@@ -86,7 +86,7 @@ enum Task {
         /// A part of the names of the cases to run
         only: Option<String>,
     },
-    /// Install what is missing: system packages, npm packages, the wasm target
+    /// Install what is missing: system packages, npm packages, what compiles wasm
     Setup,
     /// Build web/pkg/ (wasm and its bindings), web/dist/ (the element) and web/lib/ (both, bundled)
     BuildWeb,

@@ -10,7 +10,7 @@ use crate::{browser, command, progress, workspace};
 
 /// Everything that building the web module and the element needs.
 pub fn for_building() -> Result<Toolchain> {
-    let toolchain = toolchain::choose()?;
+    let toolchain = toolchain::choose();
     install(&missing(&building(toolchain)))?;
     install_npm_packages()?;
     Ok(toolchain)
@@ -18,7 +18,7 @@ pub fn for_building() -> Result<Toolchain> {
 
 /// The same and a browser to run it in.
 pub fn everything() -> Result<Toolchain> {
-    let toolchain = toolchain::choose()?;
+    let toolchain = toolchain::choose();
     install(&missing(&[building(toolchain), browsing()].concat()))?;
     install_npm_packages()?;
     Ok(toolchain)

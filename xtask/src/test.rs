@@ -72,7 +72,7 @@ fn step(name: &str, command: &mut Command) -> Result<()> {
 /// Runs crease's wasm tests in headless Chromium.
 pub fn wasm(toolchain: Toolchain) -> Result<()> {
     let mut cargo = toolchain.cargo("test");
-    // The module's own profile: it is what browsers run, and its dependencies have been compiled already.
+    // The module's own profile: it is what browsers run.
     cargo.args(["--package", "crease", "--test", "fixtures", "--no-default-features", "--features", "render"]);
     cargo.args(["--profile", "web"]);
     browser::configure_wasm_tests(&mut cargo)?;

@@ -1,4 +1,5 @@
-//! The compiler for the web: rustup's own wasm target where it can be had, else Debian's compiler with std built anew.
+//! The compiler for the web: whichever has std's sources here, rustup's or Debian's. std is built anew with what is built: for
+//! size and with SIMD.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,47 +14,60 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const RUSTUP_LIMIT: Duration = Duration::from_secs(300);
 const RETRY_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
+const SIMD: [&str; 2] = ["-C", "target-feature=+simd128"];
+
+/// How std is built.
+const STD: [&str; 2] = ["-Zbuild-std=std,panic_abort", "-Zbuild-std-features=optimize_for_size"];
+
 /// Which compiler builds the wasm module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Toolchain {
-    /// The compiler that builds everything else; its precompiled std for wasm is installed.
+    /// The compiler that builds everything else, with rustup's component `rust-src`.
     Active,
-    /// Debian's `rustc-web`, which ships std as source.
+    /// Debian's `rustc-web` and `rust-web-src`.
     Debian,
 }
 
-/// Finds the route that applies here, adding rustup's wasm target where that is possible.
-pub fn choose() -> Result<Toolchain> {
-    if std_is_installed() {
-        return Ok(Toolchain::Active);
+/// Finds the route that applies here, adding std's sources with rustup where that is possible.
+pub fn choose() -> Toolchain {
+    if has_sources() || (command::exists("rustup") && !recently_failed() && add_sources()) {
+        return Toolchain::Active;
     }
-    if command::exists("rustup") && !recently_failed() && add_target() {
-        return Ok(Toolchain::Active);
-    }
-    Ok(Toolchain::Debian)
+    Toolchain::Debian
 }
 
 impl Toolchain {
-    /// Cargo for the wasm target, with SIMD, into a target folder of its own.
+    /// Cargo for tests and checks of the wasm target, with SIMD.
     pub fn cargo(self, subcommand: &str) -> Command {
-        self.cargo_in(workspace::root(), &workspace::wasm_target(), subcommand)
+        self.cargo_in(workspace::root(), &checks(), &[], subcommand)
     }
 
-    /// The same for the repository at `root`, into `target`.
-    pub fn cargo_in(self, root: &Path, target: &Path, subcommand: &str) -> Command {
+    /// Cargo for the wasm target in the repository at `root`, into `target`, with SIMD, std and all dependencies with the compiler's `flags`.
+    pub fn cargo_in(self, root: &Path, target: &Path, flags: &[&str], subcommand: &str) -> Command {
         let mut cargo = match self {
             Toolchain::Active => command::cargo(subcommand),
             Toolchain::Debian => debian_cargo(subcommand),
         };
-        let flags = ["-C", "target-feature=+simd128"].map(str::to_owned).into_iter().chain(self.renamed_paths(root));
-        let flags: Vec<String> = flags.collect();
+        let flags = SIMD.iter().chain(flags).map(|&flag| flag.to_owned());
+        let flags: Vec<String> = flags.chain(self.renamed_paths(root)).collect();
         // A space in a path must not end a flag.
         cargo.env_remove("RUSTFLAGS").env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-        cargo.current_dir(root).args(["--target", TARGET, "--target-dir"]).arg(target);
-        if self == Toolchain::Debian {
-            cargo.arg("-Zbuild-std=std,panic_abort");
-        }
+        // Both compilers are stable ones: std is built anew with what only this lets them do.
+        cargo.env("RUSTC_BOOTSTRAP", "1");
+        cargo.current_dir(root).args(["--target", TARGET, "--target-dir"]).arg(target).args(STD);
         cargo
+    }
+
+    /// Clippy for the wasm target; none where only Debian's compiler can build for it, which comes without.
+    pub fn clippy(self) -> Option<Command> {
+        if self == Toolchain::Active {
+            return Some(self.cargo("clippy"));
+        }
+        has_compiled_std().then(|| {
+            let mut clippy = command::cargo("clippy");
+            clippy.args(["--target", TARGET, "--target-dir"]).arg(checks());
+            clippy
+        })
     }
 
     /// Flags that keep this machine's folders out of what is built: it would differ elsewhere, and tell where it was made.
@@ -62,7 +76,7 @@ impl Toolchain {
             let name = if self == Toolchain::Active { "rustc" } else { "/usr/bin/rustc" };
             command::output(command::program(name).args(arguments)).ok()
         };
-        let sources = rustc(&["--print", "sysroot"]).map(|root| Path::new(root.trim()).join("lib/rustlib/src/rust"));
+        let sources = rustc(&["--print", "sysroot"]).map(|root| sources_in(Path::new(root.trim())));
         // As the precompiled standard library calls itself, whether its sources are installed or not.
         let version = rustc(&["--version", "--verbose"]).unwrap_or_default();
         let commit = version.lines().find_map(|line| line.strip_prefix("commit-hash: ")).unwrap_or("unknown");
@@ -82,6 +96,11 @@ impl Toolchain {
     }
 }
 
+/// A folder of their own: the module has other flags, and each would undo the other's work.
+fn checks() -> PathBuf {
+    workspace::wasm_target().join("checks")
+}
+
 fn debian_cargo(subcommand: &str) -> Command {
     let mut cargo = command::program("/usr/bin/cargo");
     command::forget_outer_cargo(&mut cargo);
@@ -91,14 +110,25 @@ fn debian_cargo(subcommand: &str) -> Command {
             cargo.env_remove(&name);
         }
     }
-    // Debian's compiler is a stable one; building std anew needs the switch for unstable features.
-    cargo.env("RUSTC", "/usr/bin/rustc").env("RUSTC_BOOTSTRAP", "1");
+    cargo.env("RUSTC", "/usr/bin/rustc");
     cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", "wasm-ld");
     cargo.arg(subcommand);
     cargo
 }
 
-fn std_is_installed() -> bool {
+/// Whether the active compiler has std's sources.
+fn has_sources() -> bool {
+    let sysroot = command::output(command::program("rustc").args(["--print", "sysroot"]));
+    sysroot.is_ok_and(|sysroot| sources_in(Path::new(sysroot.trim())).join("library/std/Cargo.toml").is_file())
+}
+
+/// Where a compiler's installation has std's sources.
+fn sources_in(sysroot: &Path) -> PathBuf {
+    sysroot.join("lib/rustlib/src/rust")
+}
+
+/// Whether the active compiler comes with a std for wasm that is compiled already.
+fn has_compiled_std() -> bool {
     let printed = command::output(command::program("rustc").args(["--print", "target-libdir", "--target", TARGET]));
     printed.is_ok_and(|folder| has_core(Path::new(folder.trim())))
 }
@@ -108,12 +138,12 @@ fn has_core(folder: &Path) -> bool {
     entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
 }
 
-fn add_target() -> bool {
-    let added = progress::aloud("Adding the wasm target with rustup", || {
-        command::run_at_most(command::program("rustup").args(["target", "add", TARGET]), RUSTUP_LIMIT)
+fn add_sources() -> bool {
+    let added = progress::aloud("Adding the standard library's sources with rustup", || {
+        command::run_at_most(command::program("rustup").args(["component", "add", "rust-src"]), RUSTUP_LIMIT)
     });
     let Err(error) = added else { return true };
-    eprintln!("rustup cannot add the wasm target here ({error:#}): using Debian's compiler");
+    eprintln!("rustup cannot add the standard library's sources here ({error:#}): using Debian's compiler");
     if !command::interrupted()
         && let Err(error) = remember_failure()
     {
@@ -124,7 +154,7 @@ fn add_target() -> bool {
 
 /// The note that rustup could not help, so that the next run does not wait for the network again.
 fn failure_note() -> PathBuf {
-    workspace::wasm_target().join("rustup-has-no-wasm-target")
+    workspace::wasm_target().join("rustup-has-no-sources")
 }
 
 fn remember_failure() -> Result<()> {

@@ -11,6 +11,9 @@ use crate::{build_name, command, files, progress, short_names, webgl2_shaders, w
 const MODULE: &str = "crease_bg.wasm";
 const BINDINGS: &str = "crease.js";
 
+/// Names of the module's functions by their numbers, which is all that a browser's call stack tells of them.
+const SYMBOLS: &str = "crease_bg.symbols";
+
 /// What the compiler may use: everywhere in browsers since 2023.
 const WASM_FEATURES: [&str; 7] = [
     "--enable-simd",
@@ -26,6 +29,10 @@ const WASM_FEATURES: [&str; 7] = [
 /// inlined within its own crate. A frame takes as long as with the compiler's own threshold.
 const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=5"];
 
+/// A panic ends as the trap `unreachable`, as it would anyway, but says nothing before: its texts would be a tenth of what a page downloads.
+/// Tests do without this.
+const PANICS: [&str; 3] = ["-Zunstable-options", "-C", "panic=immediate-abort"];
+
 /// Builds `crease-module` into web/pkg/. Does nothing beyond asking cargo when nothing changed.
 pub fn build(toolchain: Toolchain) -> Result<()> {
     let compiled = progress::aloud("Compiling the wasm module", || {
@@ -40,7 +47,7 @@ pub fn build(toolchain: Toolchain) -> Result<()> {
 }
 
 fn compile(toolchain: Toolchain, root: &Path, target: &Path) -> Result<PathBuf> {
-    let mut cargo = toolchain.cargo_in(root, target, "rustc");
+    let mut cargo = toolchain.cargo_in(root, target, &PANICS, "rustc");
     cargo.args(["--package", "crease-module", "--lib", "--profile", "web", "--"]);
     command::run(cargo.args(CODE_GENERATION))?;
     Ok(toolchain.output_folder(target, "web").join("crease_module.wasm"))
@@ -97,8 +104,9 @@ fn bind(compiled: &Path, folder: &Path) -> Result<()> {
 fn optimise(module: &Path) -> Result<()> {
     let before = fs::metadata(module)?.len();
     let optimised = module.with_extension("optimised");
+    let symbols = format!("--symbolmap={}", module.with_file_name(SYMBOLS).display());
     let mut wasm_opt = command::program(workspace::web().join("node_modules/.bin/wasm-opt"));
-    wasm_opt.arg(module).arg("-o").arg(&optimised).arg("-Oz").args(WASM_FEATURES);
+    wasm_opt.arg(module).arg("-o").arg(&optimised).arg("-Oz").arg(symbols).args(WASM_FEATURES);
     command::run(&mut wasm_opt)?;
     let after = fs::metadata(&optimised)?.len();
     fs::rename(&optimised, module)?;

@@ -1,9 +1,7 @@
 //! What a painter outside of this module needs: where the scene lies in wasm memory, and the numbers of the picture.
 //! Addresses are bytes from the start of wasm's memory and hold until the object they belong to is freed or changed.
 
-use crate::render::{
-    ANISOTROPY, BELOW_MAP, DrawnSurface, DrawnVertex, Globals, KEY_MAP, SAMPLE_COUNT, SurfaceVertex, edges,
-};
+use crate::render::{ANISOTROPY, BELOW_MAP, DrawnSurface, DrawnVertex, Globals, KEY_MAP, SAMPLE_COUNT, SurfaceVertex};
 use std::mem::offset_of;
 use wasm_bindgen::prelude::*;
 
@@ -50,7 +48,7 @@ impl DrawnMesh {
     /// Makes a level's edges and returns their address: two indices each, 32 bits.
     #[wasm_bindgen(js_name = edgesAddress)]
     pub fn edges_address(&mut self, level: usize) -> usize {
-        self.edges = edges(&self.surface.levels[level]);
+        self.edges = self.surface.edges(level);
         self.edges.as_ptr().addr()
     }
 

@@ -1,7 +1,7 @@
 //! The figure: static drawn topology, this frame's vertices, albedo, and the pass that lights them.
 
 use super::albedo::Albedo;
-use super::drawn_surface::{DrawnSurface, DrawnVertex, edges};
+use super::drawn_surface::{DrawnSurface, DrawnVertex};
 use super::scene::Scene;
 use super::surface_vertex::SurfaceVertex;
 use super::{shader_sources, targets};
@@ -112,8 +112,8 @@ impl Figure {
 
     /// Makes the edges of `surface`, the figure's, ready to draw.
     pub fn set_lines(&mut self, device: &Device, queue: &Queue, surface: &DrawnSurface) {
-        let lines = surface.levels.iter().map(|triangles| {
-            let edges = edges(triangles);
+        let lines = (0..surface.levels.len()).map(|level| {
+            let edges = surface.edges(level);
             let contents = bytemuck::cast_slice(&edges);
             let indices = filled_buffer(device, queue, "figure: edges", contents, BufferUsages::INDEX);
             (indices, 2 * edges.len() as u32)

@@ -30,7 +30,7 @@ mod webgl2_shader_sources;
 
 pub use albedo::{ANISOTROPY, Albedo};
 pub use camera::{Follow, Orbit, OrbitCamera};
-pub use drawn_surface::{DrawnSurface, DrawnVertex, edges};
+pub use drawn_surface::{DrawnSurface, DrawnVertex};
 pub use environment::Environment;
 pub use globals::{Globals, Theme};
 pub use light::{BELOW_MAP, KEY_MAP, MapSize};

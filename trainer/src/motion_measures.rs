@@ -3,8 +3,8 @@
 use crate::normals::unit_normals;
 use crease::animate::{Animator, Options};
 use crease::avatar::Avatar;
+use crease::mesh::Adjacency;
 use crease::motion::Motion;
-use crease::render::edges;
 use glam::Vec3A;
 use std::sync::Arc;
 
@@ -32,7 +32,8 @@ pub struct MotionMeasures {
 pub fn measure_motion(avatar: Arc<Avatar>, motion: &Motion) -> anyhow::Result<MotionMeasures> {
     let mut animator = Animator::new(avatar)?;
     let triangles = animator.triangles().to_vec();
-    let edges = edges(&triangles);
+    let subdivision = animator.subdivision();
+    let edges = Adjacency::new(subdivision.vertex_count(subdivision.level_count()), &triangles).edges();
     let options = Options { warm_start: true, ..Options::default() };
     let mut measures = MotionMeasures { frames: motion.poses.len(), is_finite: true, ..MotionMeasures::default() };
     let mut overstretched = 0usize;

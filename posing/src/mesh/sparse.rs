@@ -1,5 +1,6 @@
 //! Sparse matrices in compressed rows.
 
+use crate::order::sort_few;
 #[cfg(any(test, feature = "fixture"))]
 use glam::Vec3A;
 
@@ -106,7 +107,7 @@ impl SparseMatrix {
                     sums[column as usize] += left_value * value;
                 }
             }
-            row_columns.sort_unstable();
+            sort_few(&mut row_columns);
             let entry = |&column: &u32| Entry { column, value: sums[column as usize] };
             product.entries.extend(row_columns.iter().map(entry));
             product.offsets.push(product.entries.len() as u32);

@@ -1,8 +1,9 @@
 //! Who is whose neighbour.
 
 use super::Triangle;
+use crate::order::sort_few;
 
-/// Neighbours of each vertex in compressed rows; neighbours ascend within a row.
+/// Neighbours of each vertex in compressed rows; those of a mesh ascend within a row.
 #[derive(Clone, Debug)]
 pub struct Adjacency {
     /// `offsets[k]..offsets[k + 1]` is the row of vertex k in `neighbours`; length V + 1.
@@ -38,7 +39,7 @@ impl Adjacency {
         offsets.push(0);
         for k in 0..vertex_count {
             let row = starts[k] as usize..starts[k + 1] as usize;
-            neighbours[row.clone()].sort_unstable();
+            sort_few(&mut neighbours[row.clone()]);
             let mut last = None;
             for at in row {
                 let neighbour = neighbours[at];
@@ -54,6 +55,15 @@ impl Adjacency {
         neighbours.truncate(length);
         neighbours.shrink_to_fit();
         Self { offsets, neighbours }
+    }
+
+    /// Rows whose neighbours ascend, of rows that may be in any order.
+    #[cfg(feature = "factor")]
+    pub(crate) fn sorted(mut self) -> Self {
+        for row in self.offsets.windows(2) {
+            sort_few(&mut self.neighbours[row[0] as usize..row[1] as usize]);
+        }
+        self
     }
 
     /// Neighbours of vertex `k`.

@@ -59,7 +59,7 @@ impl CoarseFactor {
     #[cfg(feature = "factor")]
     pub fn new(subdivision: &Subdivision, anchors: &[u32], anchor_weight: f32) -> Self {
         let matrix = &galerkin::coarsest_operator(subdivision, anchors, anchor_weight);
-        let coupling = galerkin::coupling(subdivision);
+        let coupling = galerkin::coupling(subdivision).sorted();
         let (permutation, step_of) = minimum_degree_order(&coupling);
         let pattern = FactorPattern::new(&coupling, &permutation, &step_of);
         let (values, diagonal) = numeric_factor(matrix, &permutation, &step_of, &pattern);

@@ -36,7 +36,8 @@ fn pack_octahedral(normal: Vec3) -> u32 {
         let folded = Vec2::ONE - Vec2::new(octahedral.y, octahedral.x).abs();
         octahedral = Vec2::new(folded.x.copysign(octahedral.x), folded.y.copysign(octahedral.y));
     }
-    let quantised = |x: f32| (x.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16;
+    // The instruction that processors have; rounding half away from zero is a call in wasm.
+    let quantised = |x: f32| (x.clamp(-1.0, 1.0) * 32767.0).round_ties_even() as i16 as u16;
     u32::from(quantised(octahedral.x)) | u32::from(quantised(octahedral.y)) << 16
 }
 

@@ -1,45 +1,94 @@
 //! Mixed Voronoi areas (Meyer et al. 2003), the a_k of paper Eq. cotLap.
 
 use super::Triangle;
-use glam::{Vec3A, vec3a};
+use glam::{BVec4A, Mat4, Vec3A, Vec4};
 
 /// Mixed Voronoi area of each vertex in m², written to `areas` (length V).
 ///
 /// The areas of all vertices sum to the surface's area. A triangle without area adds nothing.
 pub fn mixed_voronoi_areas(positions: &[Vec3A], triangles: &[Triangle], areas: &mut [f32]) {
     areas.fill(0.0);
-    for &[a, b, c] in triangles {
-        let [p, q, r] = [a, b, c].map(|i| positions[i as usize]);
-        let shares = corner_shares(p, q, r);
-        areas[a as usize] += shares.x;
-        areas[b as usize] += shares.y;
-        areas[c as usize] += shares.z;
+    let (fours, rest) = triangles.as_chunks();
+    for four in fours {
+        add_shares(positions, four, areas);
+    }
+    if let Some(&[vertex, ..]) = rest.first() {
+        // Filled up with what has no area.
+        let mut four = [[vertex; 3]; 4];
+        four[..rest.len()].copy_from_slice(rest);
+        add_shares(positions, &four, areas);
     }
 }
 
-/// The parts of a triangle's area that belong to its three corners.
-fn corner_shares(p: Vec3A, q: Vec3A, r: Vec3A) -> Vec3A {
-    let (pq, qr, rp) = (q - p, r - q, p - r);
-    let twice_area = pq.cross(qr).length();
-    if twice_area <= f32::MIN_POSITIVE {
-        return Vec3A::ZERO;
+/// Adds the shares of four triangles, which are computed side by side.
+#[inline(always)]
+fn add_shares(positions: &[Vec3A], triangles: &[Triangle; 4], areas: &mut [f32]) {
+    let corners = [0, 1, 2].map(|corner| Points::new(triangles.map(|triangle| positions[triangle[corner] as usize])));
+    let shares = corner_shares(corners).map(|shares| shares.to_array());
+    for (i, triangle) in triangles.iter().enumerate() {
+        for corner in 0..3 {
+            areas[triangle[corner] as usize] += shares[corner][i];
+        }
     }
+}
+
+/// Four points, a coordinate each.
+#[derive(Clone, Copy)]
+struct Points([Vec4; 3]);
+
+impl Points {
+    #[inline(always)]
+    fn new(points: [Vec3A; 4]) -> Self {
+        let [a, b, c, d] = points.map(|point| point.extend(0.0));
+        let rows = Mat4::from_cols(a, b, c, d).transpose();
+        Self([rows.x_axis, rows.y_axis, rows.z_axis])
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        Self([0, 1, 2].map(|axis| self.0[axis] - other.0[axis]))
+    }
+
+    #[inline(always)]
+    fn dot(self, other: Self) -> Vec4 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.0[axis] * other.0[axis]);
+        x + y + z
+    }
+
+    #[inline(always)]
+    fn cross(self, other: Self) -> Self {
+        let ([x, y, z], [u, v, w]) = (self.0, other.0);
+        Self([y * w - z * v, z * u - x * w, x * v - y * u])
+    }
+}
+
+/// The parts of each of four triangles' areas that belong to its corners p, q and r.
+#[inline(always)]
+fn corner_shares([p, q, r]: [Points; 3]) -> [Vec4; 3] {
+    let (pq, qr, rp) = (q.minus(p), r.minus(q), p.minus(r));
+    let cross = pq.cross(qr);
+    let twice_area = Vec4::from_array(cross.dot(cross).to_array().map(f32::sqrt));
     // |edge| |edge| cos of the angle at p, q, r: negative where obtuse.
-    let dots = -vec3a(pq.dot(rp), qr.dot(pq), rp.dot(qr));
-    if dots.min_element() < 0.0 {
-        let obtuse = Vec3A::select(dots.cmplt(Vec3A::ZERO), Vec3A::splat(0.25), Vec3A::splat(0.125));
-        return twice_area * obtuse;
-    }
+    let dots = [(pq, rp), (qr, pq), (rp, qr)].map(|(before, after)| -before.dot(after));
+    let is_obtuse = dots.map(|dot| dot.cmplt(Vec4::ZERO));
+    let has_obtuse: BVec4A = is_obtuse[0] | is_obtuse[1] | is_obtuse[2];
     // Voronoi: an eighth of each adjacent edge squared times the cotangent opposite to it.
-    let opposite = dots * vec3a(qr.length_squared(), rp.length_squared(), pq.length_squared());
-    let sum = opposite.element_sum();
-    (Vec3A::splat(sum) - opposite) / (8.0 * twice_area)
+    let opposite = [(dots[0], qr), (dots[1], rp), (dots[2], pq)].map(|(dot, edge)| dot * edge.dot(edge));
+    let sum = opposite[0] + opposite[1] + opposite[2];
+    let scale = (8.0 * twice_area).recip();
+    let has_area = twice_area.cmpgt(Vec4::splat(f32::MIN_POSITIVE));
+    [0, 1, 2].map(|corner| {
+        let voronoi = (sum - opposite[corner]) * scale;
+        let halved = twice_area * Vec4::select(is_obtuse[corner], Vec4::splat(0.25), Vec4::splat(0.125));
+        Vec4::select(has_area, Vec4::select(has_obtuse, halved, voronoi), Vec4::ZERO)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::test_meshes::{grid, icosphere, noise_vectors, torus};
+    use glam::vec3a;
     use std::f32::consts::PI;
 
     fn areas_of(positions: &[Vec3A], triangles: &[Triangle]) -> Vec<f32> {

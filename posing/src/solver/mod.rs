@@ -171,7 +171,9 @@ impl Solver {
             let mut largest = 0.0f32;
             for (residual, z) in residual.iter().zip(preconditioned) {
                 next_energy += *residual * *z;
-                largest = largest.max(z.length_squared());
+                let square = z.length_squared();
+                // As `max` says, which is a call in wasm.
+                largest = if square > largest { square } else { largest };
             }
             let largest = largest.sqrt();
             is_enough = iteration == limit;

@@ -29,7 +29,7 @@ pub enum FunctionForm {
 }
 
 /// Where multilayer perceptrons are trained. GPUs need the cargo feature of the same name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum ComputeDevice {
     /// The processor; the same seed gives the same numbers.

@@ -12,7 +12,7 @@ use crease_trainer::context::TrainContext;
 use crease_trainer::files::write_whole;
 use crease_trainer::frames::FrameRange;
 use crease_trainer::interrupt::Interrupted;
-use crease_trainer::options::TrainOptions;
+use crease_trainer::options::{ComputeDevice, TrainOptions};
 use crease_trainer::progress::Progress;
 use crease_trainer::refinement::refine_poses;
 use crease_trainer::sequence::{BodyParameters, Capture, Reading, Up, write_body};
@@ -52,6 +52,9 @@ pub struct Arguments {
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Where networks of the paper's form are trained [default: cpu]
+    #[arg(long, value_enum)]
+    pub device: Option<ComputeDevice>,
     /// Overrides an option, for instance deformation.network.width=64; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub assignments: Vec<String>,
@@ -62,7 +65,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Go on with a run that was broken off, from its checkpoint
-    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "up", "mirrored", "poses_up", "frames", "preset", "seed", "refine", "assignments", "name", "config", "checkpoint"])]
+    #[arg(long, value_name = "DIRECTORY", conflicts_with_all = ["sequences", "output", "body", "poses", "up", "mirrored", "poses_up", "frames", "preset", "seed", "device", "refine", "assignments", "name", "config", "checkpoint"])]
     pub resume: Option<PathBuf>,
     /// Where work is kept while the run lasts, and after it [default: beside the output until the run is done]
     #[arg(long, value_name = "DIRECTORY")]
@@ -271,6 +274,7 @@ pub fn config(arguments: &Arguments) -> anyhow::Result<RunConfig> {
     config.body = arguments.body.clone().or(config.body);
     config.name = arguments.name.clone().or(config.name);
     config.options.seed = arguments.seed.unwrap_or(config.options.seed);
+    config.options.device = arguments.device.unwrap_or(config.options.device);
     if arguments.refine && config.options.refinement.round_count == 0 {
         config.options.refinement.round_count = REFINEMENT_ROUNDS;
     }

@@ -33,13 +33,14 @@ const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=5"];
 /// Tests do without this.
 const PANICS: [&str; 3] = ["-Zunstable-options", "-C", "panic=immediate-abort"];
 
-/// Builds `crease-module` into web/pkg/. Does nothing beyond asking cargo when nothing changed.
+/// Builds `crease-module` into web/pkg/. Does nothing beyond asking cargo when neither it nor this program, which finishes it, changed.
 pub fn build(toolchain: Toolchain) -> Result<()> {
     let compiled = progress::aloud("Compiling the wasm module", || {
         compile(toolchain, workspace::root(), &workspace::wasm_target())
     })?;
     let package = workspace::web().join("pkg");
-    if !is_newer(&package.join(MODULE), &compiled) {
+    let own = std::env::current_exe().context("cannot find this program's own file")?;
+    if ![&compiled, &own].iter().all(|source| is_newer(&package.join(MODULE), source)) {
         bind_and_optimise(&compiled, &package)?;
     }
     webgl2_shaders::write(&package)?;

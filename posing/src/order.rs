@@ -1,5 +1,5 @@
-//! Sorting by whole numbers. The standard library's sort is compiled anew for every type, five kilobytes of a page's download each; what
-//! does not run every frame shares this one.
+//! Sorting by whole numbers. The standard library's sort is compiled anew for every type, and where it is compiled for size it is slow on
+//! short lists.
 
 /// Sorts a few numbers, ascending. What a vertex has around it is seldom more than a dozen, and nearly in order.
 pub fn sort_few(numbers: &mut [u32]) {

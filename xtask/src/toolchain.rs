@@ -72,13 +72,10 @@ impl Toolchain {
 
     /// Flags that keep this machine's folders out of what is built: it would differ elsewhere, and tell where it was made.
     fn renamed_paths(self, root: &Path) -> Vec<String> {
-        let rustc = |arguments: &[&str]| {
-            let name = if self == Toolchain::Active { "rustc" } else { "/usr/bin/rustc" };
-            command::output(command::program(name).args(arguments)).ok()
-        };
-        let sources = rustc(&["--print", "sysroot"]).map(|root| sources_in(Path::new(root.trim())));
+        let rustc = if self == Toolchain::Active { "rustc" } else { "/usr/bin/rustc" };
+        let sources = sources_of(rustc);
         // As the precompiled standard library calls itself, whether its sources are installed or not.
-        let version = rustc(&["--version", "--verbose"]).unwrap_or_default();
+        let version = command::output(command::program(rustc).args(["--version", "--verbose"])).unwrap_or_default();
         let commit = version.lines().find_map(|line| line.strip_prefix("commit-hash: ")).unwrap_or("unknown");
         let standard_library = format!("/rustc/{commit}");
         let crates = std::env::var_os("CARGO_HOME").map(PathBuf::from);
@@ -118,13 +115,13 @@ fn debian_cargo(subcommand: &str) -> Command {
 
 /// Whether the active compiler has std's sources.
 fn has_sources() -> bool {
-    let sysroot = command::output(command::program("rustc").args(["--print", "sysroot"]));
-    sysroot.is_ok_and(|sysroot| sources_in(Path::new(sysroot.trim())).join("library/std/Cargo.toml").is_file())
+    sources_of("rustc").is_some_and(|sources| sources.join("library/std/Cargo.toml").is_file())
 }
 
-/// Where a compiler's installation has std's sources.
-fn sources_in(sysroot: &Path) -> PathBuf {
-    sysroot.join("lib/rustlib/src/rust")
+/// Where the installation of a compiler has std's sources, if it has them.
+fn sources_of(rustc: &str) -> Option<PathBuf> {
+    let sysroot = command::output(command::program(rustc).args(["--print", "sysroot"])).ok()?;
+    Some(Path::new(sysroot.trim()).join("lib/rustlib/src/rust"))
 }
 
 /// Whether the active compiler comes with a std for wasm that is compiled already.

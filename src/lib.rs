@@ -33,4 +33,6 @@ mod shader_check;
 #[cfg(any(feature = "render", feature = "gpu"))]
 mod wgsl;
 
+#[cfg(feature = "threads")]
+pub use crease_posing::threads;
 pub use crease_posing::{encoding, laplacian, mesh, network, pose_feature, rotation, solver};

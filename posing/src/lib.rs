@@ -14,3 +14,5 @@ pub mod posed_surface;
 pub mod rig;
 pub mod rotation;
 pub mod solver;
+pub mod surface_vertex;
+pub mod threads;

@@ -10,7 +10,7 @@ pub use crease_posing::posed_surface::PosedSurface;
 use crate::avatar::{Avatar, AvatarError, Form};
 use crate::body::Pose;
 use crate::laplacian::{put_residual, scale_per_area};
-use crate::mesh::{Mesh, Scheme, Subdivision, Triangle, mixed_voronoi_areas, put_sum};
+use crate::mesh::{Mesh, Scheme, Subdivision, Triangle, VertexAreas, put_sum};
 use crate::network::Domain;
 use crate::solver::{Solver, Start, Stop};
 use glam::Vec3A;
@@ -91,6 +91,8 @@ pub struct Animator {
     /// δ of f_l, posed, from its own level up to the finest.
     laplacians: Vec<Vec<Vec3A>>,
     areas: Vec<f32>,
+    /// What the areas need, for the levels on which the solver solves; made when one first does.
+    vertex_areas: Vec<Option<VertexAreas>>,
     residual: Vec<Vec3A>,
     /// From the coarsest level of the solver up.
     displacements: Vec<Vec<Vec3A>>,
@@ -125,6 +127,7 @@ impl Animator {
             scales_per_area: solver_levels.clone().map(scales_per_area).collect(),
             laplacians: vec![Vec::new(); finest_level - laplacian_level + 1],
             areas: Vec::new(),
+            vertex_areas: vec![None; solver_levels.clone().count()],
             residual: Vec::new(),
             displacements: vec![Vec::new(); solver_levels.count()],
             detailed: Vec::new(),
@@ -214,7 +217,10 @@ impl Animator {
     /// r on `level`: s δ in the relative form, s δ − L u in the absolute one, times `detail`.
     fn evaluate_residual(&mut self, detail: f32, level: usize) {
         let base = self.base.surface.positions(level);
-        mixed_voronoi_areas(base, self.base.subdivision().triangles(level), &mut self.areas[..base.len()]);
+        let triangles = self.base.subdivision().triangles(level);
+        let vertex_areas = &mut self.vertex_areas[level - self.solver.coarsest_level()];
+        let vertex_areas = vertex_areas.get_or_insert_with(|| VertexAreas::new(base.len(), triangles));
+        vertex_areas.put(base, triangles, &mut self.areas[..base.len()]);
         let residual = &mut self.residual[..base.len()];
         match self.base.avatar.form {
             Form::Absolute => self.solver.laplacian(level, base, residual),

@@ -128,7 +128,7 @@ fn solve_directly(animator: &Animator) -> Vec<Vec3A> {
     let base = animator.surface().finest();
     let adjacency = &Adjacency::new(base.len(), animator.triangles());
     let mut areas = vec![0.0; base.len()];
-    mixed_voronoi_areas(base, animator.triangles(), &mut areas);
+    crate::mesh::mixed_voronoi_areas(base, animator.triangles(), &mut areas);
     let row = |k: usize| {
         let neighbours = adjacency.of(k);
         let weight = -1.0 / neighbours.len() as f64;

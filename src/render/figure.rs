@@ -3,9 +3,9 @@
 use super::albedo::Albedo;
 use super::drawn_surface::{DrawnSurface, DrawnVertex};
 use super::scene::Scene;
-use super::surface_vertex::SurfaceVertex;
 use super::{shader_sources, targets};
 use crate::filled_buffer::filled_buffer;
+use crease_posing::surface_vertex::SurfaceVertex;
 use std::mem::offset_of;
 use wgpu::*;
 

@@ -19,7 +19,6 @@ mod scene;
 #[cfg(all(target_arch = "wasm32", feature = "web"))]
 pub mod screen;
 mod shader_sources;
-mod surface_vertex;
 mod targets;
 mod view;
 
@@ -30,12 +29,12 @@ mod webgl2_shader_sources;
 
 pub use albedo::{ANISOTROPY, Albedo};
 pub use camera::{Follow, Orbit, OrbitCamera};
+pub use crease_posing::surface_vertex::SurfaceVertex;
 pub use drawn_surface::{DrawnSurface, DrawnVertex};
 pub use environment::Environment;
 pub use globals::{Globals, Theme};
 pub use light::{BELOW_MAP, KEY_MAP, MapSize};
 pub use renderer::Renderer;
 pub use scene::Scene;
-pub use surface_vertex::SurfaceVertex;
 pub use targets::SAMPLE_COUNT;
 pub use view::{VALUE_RANGE, View};

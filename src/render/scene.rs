@@ -4,8 +4,8 @@ use super::camera::OrbitCamera;
 use super::environment::Environment;
 use super::globals::{Globals, Theme};
 use super::light::Bounds;
-use super::surface_vertex::SurfaceVertex;
 use super::view::View;
+use crease_posing::surface_vertex::{SurfaceVertex, pack_surface};
 use glam::Vec3A;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -52,9 +52,7 @@ impl Scene {
     pub fn set_figure(&mut self, positions: &[Vec3A], normals: &[Vec3A], coarser: usize) {
         self.coarser = coarser;
         self.bounds = Bounds::of(positions);
-        self.vertices.clear();
-        let pairs = positions.iter().zip(normals);
-        self.vertices.extend(pairs.map(|(&position, &normal)| SurfaceVertex::new(position, normal)));
+        pack_surface(positions, normals, &mut self.vertices);
         self.revision = next_revision();
     }
 

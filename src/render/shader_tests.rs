@@ -35,6 +35,6 @@ fn globals_lie_where_the_shaders_expect_them() {
 
 #[test]
 fn a_surface_vertex_is_one_element_of_its_array() {
-    assert_eq!(size_of::<super::surface_vertex::SurfaceVertex>(), size_of::<[u32; 4]>());
-    assert_eq!(offset_of!(super::surface_vertex::SurfaceVertex, normal), 12);
+    assert_eq!(size_of::<super::SurfaceVertex>(), size_of::<[u32; 4]>());
+    assert_eq!(offset_of!(super::SurfaceVertex, normal), 12);
 }

@@ -8,7 +8,7 @@ use crate::toolchain::Toolchain;
 use crate::{command, progress, wasm};
 
 /// Beside the default features: what native tests look at.
-pub const FEATURES: [&str; 2] = ["--features", "crease/fixture,crease/render,crease/gpu"];
+pub const FEATURES: [&str; 2] = ["--features", "crease/fixture,crease/render,crease/gpu,crease/threads"];
 
 /// Runs every lint; the first that complains ends it. The wasm bindings must have been built: tsc reads their types.
 pub fn run(toolchain: Toolchain) -> Result<()> {
@@ -17,14 +17,16 @@ pub fn run(toolchain: Toolchain) -> Result<()> {
     let mut clippy = command::cargo("clippy");
     clippy.args(["--workspace", "--all-targets"]).args(FEATURES).args(["--", "-D", "warnings"]);
     step("cargo clippy", &mut clippy)?;
-    step("cargo clippy, wasm", &mut wasm_lint(toolchain))?;
+    for features in [&[][..], &["--features", "threads"]] {
+        step("cargo clippy, wasm", &mut wasm_lint(toolchain, features))?;
+    }
     step("biome", &mut wasm::npm_script("lint"))?;
     step("tsc", &mut wasm::npm_script("check"))
 }
 
 /// Where there is no clippy for wasm, the wasm code is checked by the compiler alone.
-fn wasm_lint(toolchain: Toolchain) -> Command {
-    let what = ["--package", "crease-module", "--lib"];
+fn wasm_lint(toolchain: Toolchain, features: &[&str]) -> Command {
+    let what = [&["--package", "crease-module", "--lib"], features].concat();
     if let Some(mut clippy) = toolchain.clippy() {
         clippy.args(what).args(["--", "-D", "warnings"]);
         return clippy;

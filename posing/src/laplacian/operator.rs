@@ -3,6 +3,7 @@
 //! Sign: δ = −Δu, so (L u)_k points outward where the surface bulges. A vertex without neighbours has an empty row.
 
 use crate::mesh::Adjacency;
+use crate::threads::for_rows;
 use glam::Vec3A;
 use std::f32::consts::PI;
 
@@ -54,10 +55,12 @@ pub fn scale_per_area(valence: usize) -> f32 {
 
 /// r = `detail` (s δ − r), s the area times [`scale_per_area`], at each of the vertices that `residual` has.
 pub fn put_residual(detail: f32, areas: &[f32], scales_per_area: &[f32], deltas: &[Vec3A], residual: &mut [Vec3A]) {
-    let rows = residual.iter_mut().zip(deltas).zip(areas).zip(scales_per_area);
-    for (((residual, delta), area), scale_per_area) in rows {
-        *residual = detail * (*area * *scale_per_area * *delta - *residual);
-    }
+    for_rows(residual, |first, residual| {
+        let rows = residual.iter_mut().zip(&deltas[first..]).zip(&areas[first..]).zip(&scales_per_area[first..]);
+        for (((residual, delta), area), scale_per_area) in rows {
+            *residual = detail * (*area * *scale_per_area * *delta - *residual);
+        }
+    });
 }
 
 #[cfg(test)]

@@ -8,27 +8,85 @@ use glam::{BVec4A, Mat4, Vec3A, Vec4};
 /// The areas of all vertices sum to the surface's area. A triangle without area adds nothing.
 pub fn mixed_voronoi_areas(positions: &[Vec3A], triangles: &[Triangle], areas: &mut [f32]) {
     areas.fill(0.0);
+    for_fours(triangles, |_, four| {
+        let shares = shares(positions, four);
+        for (i, triangle) in four.iter().enumerate() {
+            for corner in 0..3 {
+                areas[triangle[corner] as usize] += shares[corner][i];
+            }
+        }
+    });
+}
+
+/// Calls `put` with the number of the first and with four triangles at a time, the last ones filled up with what has no area.
+#[inline(always)]
+fn for_fours(triangles: &[Triangle], mut put: impl FnMut(usize, &[Triangle; 4])) {
     let (fours, rest) = triangles.as_chunks();
-    for four in fours {
-        add_shares(positions, four, areas);
+    for (number, four) in fours.iter().enumerate() {
+        put(4 * number, four);
     }
     if let Some(&[vertex, ..]) = rest.first() {
-        // Filled up with what has no area.
         let mut four = [[vertex; 3]; 4];
         four[..rest.len()].copy_from_slice(rest);
-        add_shares(positions, &four, areas);
+        put(4 * fours.len(), &four);
     }
 }
 
-/// Adds the shares of four triangles, which are computed side by side.
+/// The parts of the areas of four triangles, computed side by side, that belong to their corners: by corner, then by triangle.
 #[inline(always)]
-fn add_shares(positions: &[Vec3A], triangles: &[Triangle; 4], areas: &mut [f32]) {
+fn shares(positions: &[Vec3A], triangles: &[Triangle; 4]) -> [[f32; 4]; 3] {
     let corners = [0, 1, 2].map(|corner| Points::new(triangles.map(|triangle| positions[triangle[corner] as usize])));
-    let shares = corner_shares(corners).map(|shares| shares.to_array());
-    for (i, triangle) in triangles.iter().enumerate() {
-        for corner in 0..3 {
-            areas[triangle[corner] as usize] += shares[corner][i];
-        }
+    corner_shares(corners).map(|shares| shares.to_array())
+}
+
+/// [`mixed_voronoi_areas`] of one mesh in pose after pose, by all threads that there are.
+#[derive(Clone, Debug)]
+pub struct VertexAreas {
+    #[cfg(feature = "threads")]
+    corners: super::incidence::Incidence,
+    /// The parts of each triangle's area that belong to its corners.
+    #[cfg(feature = "threads")]
+    shares: Vec<[f32; 3]>,
+}
+
+#[cfg(not(feature = "threads"))]
+impl VertexAreas {
+    /// For a mesh of `triangles` over `vertex_count` vertices.
+    pub fn new(_vertex_count: usize, _triangles: &[Triangle]) -> Self {
+        Self {}
+    }
+
+    /// See [`mixed_voronoi_areas`]; `triangles` are those that it was made for.
+    pub fn put(&mut self, positions: &[Vec3A], triangles: &[Triangle], areas: &mut [f32]) {
+        mixed_voronoi_areas(positions, triangles, areas);
+    }
+}
+
+#[cfg(feature = "threads")]
+impl VertexAreas {
+    /// For a mesh of `triangles` over `vertex_count` vertices.
+    pub fn new(vertex_count: usize, triangles: &[Triangle]) -> Self {
+        let corners = super::incidence::Incidence::new(vertex_count, triangles);
+        Self { corners, shares: vec![[0.0; 3]; triangles.len()] }
+    }
+
+    /// See [`mixed_voronoi_areas`]; `triangles` are those that it was made for.
+    pub fn put(&mut self, positions: &[Vec3A], triangles: &[Triangle], areas: &mut [f32]) {
+        use crate::threads::for_rows;
+        for_rows(&mut self.shares, |first, of_triangles| {
+            for_fours(&triangles[first..][..of_triangles.len()], |number, four| {
+                let shares = shares(positions, four);
+                for (i, of_triangle) in of_triangles[number..].iter_mut().take(4).enumerate() {
+                    *of_triangle = [shares[0][i], shares[1][i], shares[2][i]];
+                }
+            });
+        });
+        let shares = self.shares.as_flattened();
+        for_rows(areas, |first, areas| {
+            for (area, corners) in areas.iter_mut().zip(self.corners.of_vertices(first)) {
+                *area = corners.iter().fold(0.0, |sum, &corner| sum + shares[corner as usize]);
+            }
+        });
     }
 }
 
@@ -138,6 +196,22 @@ mod tests {
         let sheet = grid(4, 4);
         let areas = areas_of(&sheet.positions, &sheet.triangles);
         assert_eq!((areas[12], areas[2], areas[0]), (1.0, 0.5, 0.25));
+    }
+
+    #[test]
+    fn pose_after_pose_they_are_the_same_to_the_bit() {
+        // Not a multiple of four triangles, and more than one thread takes.
+        let mut mesh = torus(61, 33);
+        mesh.triangles.truncate(4025);
+        let mut field = VertexAreas::new(mesh.positions.len(), &mesh.triangles);
+        for seed in [1, 5000] {
+            for (p, noise) in mesh.positions.iter_mut().zip(noise_vectors(61 * 33, seed)) {
+                *p += 0.05 * noise;
+            }
+            let mut areas = vec![-1.0; mesh.positions.len()];
+            field.put(&mesh.positions, &mesh.triangles, &mut areas);
+            assert_eq!(areas, areas_of(&mesh.positions, &mesh.triangles));
+        }
     }
 
     #[test]

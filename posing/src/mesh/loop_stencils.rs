@@ -5,6 +5,7 @@ use super::rings::Rings;
 use super::sparse::SparseMatrix;
 use super::{Triangle, VertexValue};
 use crate::order::places_by;
+use crate::threads::for_rows;
 use glam::Vec3A;
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -91,13 +92,16 @@ impl LoopStencils {
 
     /// Writes `combine(what was there, P coarse)` to `fine`.
     #[inline(always)]
-    fn put<T: VertexValue>(&self, coarse: &[T], fine: &mut [T], combine: impl Fn(T, T) -> T) {
+    fn put<T: VertexValue>(&self, coarse: &[T], fine: &mut [T], combine: impl Fn(T, T) -> T + Sync) {
         assert_eq!((coarse.len(), fine.len()), (self.coarse_count(), self.fine_count()));
         let (old, new) = fine.split_at_mut(coarse.len());
-        let rows = old.iter_mut().zip(self.rings.differences(coarse)).zip(coarse).zip(&self.beta);
-        for (((old, difference), &own), &beta) in rows {
-            *old = combine(*old, own - difference * beta);
-        }
+        for_rows(old, |first, old| {
+            let betas = &self.beta[first..];
+            let rows = old.iter_mut().zip(self.rings.differences(first, coarse)).zip(&coarse[first..]).zip(betas);
+            for (((old, difference), &own), &beta) in rows {
+                *old = combine(*old, own - difference * beta);
+            }
+        });
         for (k, j) in self.rings.surplus() {
             old[k] = old[k] - (coarse[k] - coarse[j]) * self.beta[k];
         }
@@ -105,10 +109,12 @@ impl LoopStencils {
             let [own, before, after] = [k, before, after].map(|v| coarse[v as usize]);
             old[k as usize] = old[k as usize] + (before + after - own * 2.0) * OF_CREASE;
         }
-        for (new, edge) in new.iter_mut().zip(&self.edges) {
-            let [a, b, c, d] = edge.map(|v| coarse[v as usize]);
-            *new = combine(*new, (a + b) * OF_END + (c + d) * OF_CORNER);
-        }
+        for_rows(new, |first, new| {
+            for (new, edge) in new.iter_mut().zip(&self.edges[first..]) {
+                let [a, b, c, d] = edge.map(|v| coarse[v as usize]);
+                *new = combine(*new, (a + b) * OF_END + (c + d) * OF_CORNER);
+            }
+        });
     }
 
     /// coarse = Pᵀ fine.
@@ -116,10 +122,12 @@ impl LoopStencils {
         assert_eq!((coarse.len(), fine.len()), (self.coarse_count(), self.fine_count()));
         let (old, new) = fine.split_at(coarse.len());
         let weighted = |k: usize| old[k] * self.beta[k];
-        for (k, coarse) in coarse.iter_mut().enumerate() {
-            *coarse = old[k] + self.rings.row(k).iter().map(|&j| weighted(j as usize)).sum::<Vec3A>()
-                - weighted(k) * self.rings.row(k).len() as f32;
-        }
+        for_rows(coarse, |first, coarse| {
+            for (k, coarse) in (first..).zip(coarse) {
+                *coarse = old[k] + self.rings.row(k).iter().map(|&j| weighted(j as usize)).sum::<Vec3A>()
+                    - weighted(k) * self.rings.row(k).len() as f32;
+            }
+        });
         for (k, j) in self.rings.surplus() {
             coarse[k] += weighted(j) - weighted(k);
         }

@@ -2,6 +2,8 @@
 
 mod area;
 mod edge_index;
+#[cfg(feature = "threads")]
+mod incidence;
 pub(crate) mod loop_stencils;
 mod normals;
 pub(crate) mod rings;
@@ -11,20 +13,21 @@ mod subdivision;
 pub mod test_meshes;
 mod topology;
 
-pub use area::mixed_voronoi_areas;
+pub use area::{VertexAreas, mixed_voronoi_areas};
 pub use edge_index::EdgeIndex;
 pub use normals::vertex_normals;
 pub use sparse::{Entry, SparseMatrix};
 pub use subdivision::{Scheme, Subdivision};
 pub use topology::Adjacency;
 
+use crate::threads::for_rows;
 use glam::Vec3A;
 use std::ops::{Add, Mul, Sub};
 
 /// What a vertex may carry from level to level: anything that can be averaged.
-pub trait VertexValue: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f32, Output = Self> {}
+pub trait VertexValue: Copy + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<f32, Output = Self> {}
 
-impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>> VertexValue for T {}
+impl<T: Copy + Send + Sync + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>> VertexValue for T {}
 
 /// A triangle: three vertex indices, counter-clockwise seen from outside.
 pub type Triangle = [u32; 3];
@@ -40,7 +43,10 @@ pub struct Mesh {
 
 /// sum = a + b, as far as all three reach.
 pub fn put_sum(a: &[Vec3A], b: &[Vec3A], sum: &mut [Vec3A]) {
-    for ((sum, a), b) in sum.iter_mut().zip(a).zip(b) {
-        *sum = *a + *b;
-    }
+    let count = sum.len().min(a.len()).min(b.len());
+    for_rows(&mut sum[..count], |first, sum| {
+        for ((sum, a), b) in sum.iter_mut().zip(&a[first..]).zip(&b[first..]) {
+            *sum = *a + *b;
+        }
+    });
 }

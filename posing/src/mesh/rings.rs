@@ -60,12 +60,12 @@ impl Rings {
         self.rows[k].iter().copied().filter(move |&j| j as usize != k).chain(surplus)
     }
 
-    /// Σ_j (x_k − x_j) over the first six neighbours j of each vertex k; the caller adds what [`Self::surplus`] names.
+    /// Σ_j (x_k − x_j) over the first six neighbours j of each vertex k from `first` on; the caller adds what [`Self::surplus`] names.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn differences<'a, T: VertexValue>(&'a self, x: &'a [T]) -> impl Iterator<Item = T> + 'a {
+    pub fn differences<'a, T: VertexValue>(&'a self, first: usize, x: &'a [T]) -> impl Iterator<Item = T> + 'a {
         assert_eq!(x.len(), self.rows.len());
-        self.rows.iter().zip(x).map(move |(row, &own)| {
+        self.rows[first..].iter().zip(&x[first..]).map(move |(row, &own)| {
             // SAFETY: `new` has seen that every entry is below `rows.len()`, which is `x.len()`; rows never change. The seven checks
             // would be a sixth of a frame's time.
             let at = |i: usize| unsafe { *x.get_unchecked(row[i] as usize) };
@@ -92,7 +92,8 @@ mod tests {
         for adjacency in [fan(), of_cube, Adjacency::new(sheet.positions.len(), &sheet.triangles)] {
             let rings = Rings::new(&adjacency);
             let x = noise_vectors(adjacency.vertex_count(), 11);
-            let mut sums: Vec<_> = rings.differences(&x).collect();
+            let mut sums: Vec<_> = rings.differences(0, &x).collect();
+            assert!(rings.differences(3, &x).eq(sums[3..].iter().copied()));
             for (k, j) in rings.surplus() {
                 sums[k] += x[k] - x[j];
             }
@@ -109,7 +110,7 @@ mod tests {
     #[test]
     #[should_panic]
     fn a_vector_of_another_length_is_refused() {
-        let _ = Rings::new(&fan()).differences(&[1.0f32; 10]).count();
+        let _ = Rings::new(&fan()).differences(0, &[1.0f32; 10]).count();
     }
 
     #[test]

@@ -7,6 +7,7 @@ use super::edge_index::EdgeIndex;
 use super::loop_stencils::LoopStencils;
 use super::sparse::SparseMatrix;
 use super::{Triangle, VertexValue};
+use crate::threads::for_rows;
 use glam::Vec3A;
 use std::sync::Arc;
 
@@ -85,9 +86,11 @@ impl Subdivision {
             Scheme::Midpoint => {
                 let (old, new) = fine.split_at_mut(self.vertex_count(level));
                 old.copy_from_slice(coarse);
-                for (new, &[a, b]) in new.iter_mut().zip(edges) {
-                    *new = (coarse[a as usize] + coarse[b as usize]) * 0.5;
-                }
+                for_rows(new, |first, new| {
+                    for (new, &[a, b]) in new.iter_mut().zip(&edges[first..]) {
+                        *new = (coarse[a as usize] + coarse[b as usize]) * 0.5;
+                    }
+                });
             }
         }
     }

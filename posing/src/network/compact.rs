@@ -12,6 +12,7 @@ use super::Scratch;
 use crate::pose_feature::PoseMask;
 use crate::rig::Pose;
 use crate::rotation::six_numbers_from_quat;
+use crate::threads::for_rows;
 use glam::Vec3A;
 
 /// A region: the rows `rows.0 .. rows.1` of the tables, one pose mask, one branch.
@@ -60,30 +61,43 @@ impl Compact {
 
     /// See [`super::SurfaceFunction::evaluate_lively`]; `out` has one entry for each vertex of the level.
     pub fn evaluate_lively(&self, pose: &Pose, liveliness: f32, scratch: &mut Scratch, out: &mut [Vec3A]) {
-        out.fill(Vec3A::ZERO);
-        let Scratch { pose_numbers, kernel, recall, factors, .. } = scratch;
+        let Scratch { pose_numbers, kernel, recall, factors, row_values, .. } = scratch;
         pose_numbers.clear();
         pose_numbers.extend(six_numbers(pose));
         kernel.resize(self.centre_count as usize, 0.0);
-        let (mut basis, mut steps) = (self.basis.as_slice(), self.basis_step.as_slice());
+        factors.clear();
+        let mut steps = self.basis_step.as_slice();
         for region in &self.regions {
-            let rows = region.rows.0 as usize..region.rows.1 as usize;
-            let row_length = 3 * region.basis_count as usize;
             let region_steps = steps.split_off(..region.basis_count as usize).unwrap_or_default();
-            let region_basis = basis.split_off(..row_length * rows.len()).unwrap_or_default();
-            factors.resize(row_length, 0.0);
-            if row_length > 0 {
+            if !region_steps.is_empty() {
                 region.kernel(&self.centres, pose_numbers, kernel);
                 region.recall_weights(kernel, liveliness, recall);
             }
             for (k, &step) in region_steps.iter().enumerate() {
                 let coefficient = region.coefficient(k, kernel) + weighted(&region.recalled, k, recall);
-                factors[3 * k..3 * k + 3].fill(step * coefficient);
+                factors.extend([step * coefficient; 3]);
             }
-            for (i, row) in rows.enumerate() {
+        }
+        row_values.resize(self.row_vertices.len(), Vec3A::ZERO);
+        for_rows(row_values, |first, values| self.put_rows(first, factors, values));
+        out.fill(Vec3A::ZERO);
+        for (&vertex, value) in self.row_vertices.iter().zip(row_values) {
+            out[vertex as usize] += *value;
+        }
+    }
+
+    /// What the rows from `first` on add to their vertices. `factors` are those of all regions, three for each basis function.
+    fn put_rows(&self, first: usize, mut factors: &[f32], values: &mut [Vec3A]) {
+        let mut basis = self.basis.as_slice();
+        for region in &self.regions {
+            let rows = region.rows.0 as usize..region.rows.1 as usize;
+            let row_length = 3 * region.basis_count as usize;
+            let region_factors = factors.split_off(..row_length).unwrap_or_default();
+            let region_basis = basis.split_off(..row_length * rows.len()).unwrap_or_default();
+            for row in rows.start.max(first)..rows.end.min(first + values.len()) {
                 let mean = Vec3A::from_slice(&self.mean[3 * row..]);
-                let basis = &region_basis[row_length * i..row_length * (i + 1)];
-                out[self.row_vertices[row] as usize] += mean + weighted_sum(basis, factors);
+                let basis = &region_basis[row_length * (row - rows.start)..][..row_length];
+                values[row - first] = mean + weighted_sum(basis, region_factors);
             }
         }
     }

@@ -5,7 +5,9 @@ use crate::encoding::PositionalEncoding;
 use crate::pose_feature::PoseMask;
 use crate::rig::Pose;
 use crate::rotation::axis_angle_from_quat;
+use crate::threads::for_rows;
 use glam::Vec3A;
+use std::cell::RefCell;
 
 /// y = W x + b.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,48 +50,82 @@ const LANES: usize = 8;
 /// Outputs computed together, so that each loaded activation is used more than once.
 const OUTPUTS: usize = 4;
 
+thread_local! {
+    /// What the layers of one batch take and give. Every thread has its own.
+    static ACTIVATIONS: RefCell<Activations> = const { RefCell::new(Activations::new()) };
+}
+
+struct Activations {
+    encoded: Vec<f32>,
+    input: Vec<f32>,
+    output: Vec<f32>,
+}
+
+impl Activations {
+    const fn new() -> Self {
+        Self { encoded: Vec::new(), input: Vec::new(), output: Vec::new() }
+    }
+}
+
 impl Mlp {
     /// See [`super::SurfaceFunction::evaluate`].
     pub fn evaluate(&self, domain: &Domain, pose: &Pose, scratch: &mut Scratch, out: &mut [Vec3A]) {
-        let widest = self.layers.iter().map(|layer| layer.input_count().max(layer.output_count())).max().unwrap_or(0);
-        let Scratch { masks: distinct, pose_biases, encoded, activations: [input, output], .. } = scratch;
+        let Scratch { masks: distinct, pose_biases, .. } = scratch;
         self.pose_biases(&domain.masks, pose, distinct, pose_biases);
+        for_rows(out, |first, out| {
+            ACTIVATIONS.with_borrow_mut(|activations| {
+                let rows = first..first + out.len();
+                let batches = domain.canonical[rows.clone()].chunks(BATCH).zip(domain.masks[rows].chunks(BATCH));
+                for ((points, masks), out) in batches.zip(out.chunks_mut(BATCH)) {
+                    self.evaluate_batch(points, masks, distinct, pose_biases, activations, out);
+                }
+            });
+        });
+    }
+
+    /// One batch at most. `pose_biases` are those of the masks in `distinct`.
+    fn evaluate_batch(
+        &self,
+        points: &[Vec3A],
+        masks: &[PoseMask],
+        distinct: &[PoseMask],
+        pose_biases: &[f32],
+        Activations { encoded, input, output }: &mut Activations,
+        out: &mut [Vec3A],
+    ) {
+        let widest = self.layers.iter().map(|layer| layer.input_count().max(layer.output_count())).max().unwrap_or(0);
         encoded.resize(self.encoding.length(), 0.0);
         for activations in [&mut *input, &mut *output] {
             activations.resize(widest * BATCH, 0.0);
         }
-
-        let batches = domain.canonical.chunks(BATCH).zip(domain.masks.chunks(BATCH));
-        for ((points, masks), out) in batches.zip(out.chunks_mut(BATCH)) {
-            for (row, &point) in points.iter().enumerate() {
-                self.encoding.encode(point, encoded);
-                for (i, &value) in encoded.iter().enumerate() {
-                    input[slot(row, i, encoded.len())] = value;
+        for (row, &point) in points.iter().enumerate() {
+            self.encoding.encode(point, encoded);
+            for (i, &value) in encoded.iter().enumerate() {
+                input[slot(row, i, encoded.len())] = value;
+            }
+        }
+        let first = &self.layers[0];
+        let width = first.output_count();
+        for (row, mask) in masks.iter().enumerate() {
+            let index = distinct.iter().position(|m| m == mask).expect("every mask has its bias");
+            for (o, &value) in pose_biases[index * width..][..width].iter().enumerate() {
+                output[slot(row, o, width)] = value;
+            }
+        }
+        add_product(&first.weight, first.input_count(), encoded.len(), input, output);
+        for layer in &self.layers[1..] {
+            output.iter_mut().for_each(|x| *x = x.max(0.0));
+            std::mem::swap(input, output);
+            let width = layer.output_count();
+            for tile in output[..width * BATCH].chunks_exact_mut(width * LANES) {
+                for (lanes, &bias) in tile.chunks_exact_mut(LANES).zip(&layer.bias) {
+                    lanes.fill(bias);
                 }
             }
-            let first = &self.layers[0];
-            let width = first.output_count();
-            for (row, mask) in masks.iter().enumerate() {
-                let index = distinct.iter().position(|m| m == mask).expect("every mask has its bias");
-                for (o, &value) in pose_biases[index * width..][..width].iter().enumerate() {
-                    output[slot(row, o, width)] = value;
-                }
-            }
-            add_product(&first.weight, first.input_count(), encoded.len(), input, output);
-            for layer in &self.layers[1..] {
-                output.iter_mut().for_each(|x| *x = x.max(0.0));
-                std::mem::swap(input, output);
-                let width = layer.output_count();
-                for tile in output[..width * BATCH].chunks_exact_mut(width * LANES) {
-                    for (lanes, &bias) in tile.chunks_exact_mut(LANES).zip(&layer.bias) {
-                        lanes.fill(bias);
-                    }
-                }
-                add_product(&layer.weight, layer.input_count(), layer.input_count(), input, output);
-            }
-            for (row, value) in out.iter_mut().enumerate() {
-                *value = self.output_scale * Vec3A::from_array([0, 1, 2].map(|axis| output[slot(row, axis, 3)]));
-            }
+            add_product(&layer.weight, layer.input_count(), layer.input_count(), input, output);
+        }
+        for (row, value) in out.iter_mut().enumerate() {
+            *value = self.output_scale * Vec3A::from_array([0, 1, 2].map(|axis| output[slot(row, axis, 3)]));
         }
     }
 

@@ -27,12 +27,11 @@ pub enum SurfaceFunction {
 pub struct Scratch {
     masks: Vec<PoseMask>,
     pose_biases: Vec<f32>,
-    encoded: Vec<f32>,
-    activations: [Vec<f32>; 2],
     pose_numbers: Vec<f32>,
     kernel: Vec<f32>,
     recall: Vec<f32>,
     factors: Vec<f32>,
+    row_values: Vec<Vec3A>,
 }
 
 impl SurfaceFunction {

@@ -18,6 +18,7 @@ pub use parts::{FactorParts, LevelParts, OperatorParts};
 use crate::mesh::SparseMatrix;
 use crate::mesh::rings::Rings;
 use crate::mesh::{Adjacency, Subdivision};
+use crate::threads::{for_row_pairs, for_rows, of_parts};
 use direct::DirectSolver;
 use glam::Vec3A;
 use history::History;
@@ -167,15 +168,7 @@ impl Solver {
         while !is_enough {
             iteration += 1;
             let preconditioned = preconditioner.apply(operators, residual);
-            let mut next_energy = Vec3A::ZERO;
-            let mut largest = 0.0f32;
-            for (residual, z) in residual.iter().zip(preconditioned) {
-                next_energy += *residual * *z;
-                let square = z.length_squared();
-                // As `max` says, which is a call in wasm.
-                largest = if square > largest { square } else { largest };
-            }
-            let largest = largest.sqrt();
+            let (next_energy, largest) = energy_and_largest(residual, preconditioned);
             is_enough = iteration == limit;
             if let Stop::Tolerance(tolerance) = stop {
                 // The preconditioned residual times the last step's length is nearly the error, and this iteration still lowers it,
@@ -186,17 +179,21 @@ impl Solver {
             last_largest = largest;
             let ratio = divide(next_energy, energy);
             energy = next_energy;
-            for (direction, z) in direction.iter_mut().zip(preconditioned) {
-                *direction = if iteration == 1 { *z } else { *z + *direction * ratio };
-            }
+            for_rows(direction, |first, direction| {
+                for (direction, z) in direction.iter_mut().zip(&preconditioned[first..]) {
+                    *direction = if iteration == 1 { *z } else { *z + *direction * ratio };
+                }
+            });
             operators[0].product(direction, product);
             let length = divide(energy, dot(direction, product));
             last_length = length.max_element().max(1.0);
-            let rows = d.iter_mut().zip(&*direction).zip(residual.iter_mut().zip(&*product));
-            for ((d, direction), (residual, product)) in rows {
-                *d += *direction * length;
-                *residual -= *product * length;
-            }
+            for_row_pairs(d, residual, |first, d, residual| {
+                let rows = d.iter_mut().zip(&direction[first..]).zip(residual.iter_mut().zip(&product[first..]));
+                for ((d, direction), (residual, product)) in rows {
+                    *d += *direction * length;
+                    *residual -= *product * length;
+                }
+            });
         }
         history.remember(d, right_side, residual);
         iteration
@@ -205,7 +202,23 @@ impl Solver {
 
 /// The inner products of the three coordinates.
 fn dot(a: &[Vec3A], b: &[Vec3A]) -> Vec3A {
-    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
+    of_parts(a.len(), |rows| a[rows.clone()].iter().zip(&b[rows]).map(|(a, b)| *a * *b).sum::<Vec3A>()).iter().sum()
+}
+
+/// The inner products of `residual` and `z`, and the greatest length in `z`.
+fn energy_and_largest(residual: &[Vec3A], z: &[Vec3A]) -> (Vec3A, f32) {
+    let parts = of_parts(z.len(), |rows| {
+        let (mut energy, mut largest) = (Vec3A::ZERO, 0.0f32);
+        for (residual, z) in residual[rows.clone()].iter().zip(&z[rows]) {
+            energy += *residual * *z;
+            let square = z.length_squared();
+            // As `max` says, which is a call in wasm.
+            largest = if square > largest { square } else { largest };
+        }
+        (energy, largest)
+    });
+    let energy = parts.iter().map(|(energy, _)| energy).sum();
+    (energy, parts.iter().fold(0.0, |largest: f32, part| largest.max(part.1)).sqrt())
 }
 
 /// a / b by coordinate; zero where b is not positive, as when that coordinate is solved exactly.

@@ -6,6 +6,7 @@
 use crate::laplacian::reciprocal_valence;
 use crate::mesh::SparseMatrix;
 use crate::mesh::rings::Rings;
+use crate::threads::for_rows;
 use glam::Vec3A;
 use std::sync::Arc;
 
@@ -50,10 +51,12 @@ impl NormalOperator {
 
     /// out = L x.
     pub fn laplacian(&self, x: &[Vec3A], out: &mut [Vec3A]) {
-        let rows = out.iter_mut().zip(self.rings.differences(x)).zip(&self.reciprocal_valences);
-        for ((out, sum), &reciprocal) in rows {
-            *out = sum * reciprocal;
-        }
+        for_rows(out, |first, out| {
+            let reciprocals = &self.reciprocal_valences[first..];
+            for ((out, sum), &reciprocal) in out.iter_mut().zip(self.rings.differences(first, x)).zip(reciprocals) {
+                *out = sum * reciprocal;
+            }
+        });
         for (k, j) in self.rings.surplus() {
             out[k] += (x[k] - x[j]) * self.reciprocal_valences[k];
         }
@@ -62,9 +65,11 @@ impl NormalOperator {
     /// out = b − A x.
     pub fn residual(&mut self, x: &[Vec3A], b: &[Vec3A], out: &mut [Vec3A]) {
         self.halfway(x);
-        for ((out, &b), sum) in out.iter_mut().zip(b).zip(self.rings.differences(&self.middle)) {
-            *out = b - sum;
-        }
+        for_rows(out, |first, out| {
+            for ((out, &b), sum) in out.iter_mut().zip(&b[first..]).zip(self.rings.differences(first, &self.middle)) {
+                *out = b - sum;
+            }
+        });
         for (k, j) in self.rings.surplus() {
             out[k] -= self.middle[k] - self.middle[j];
         }
@@ -95,17 +100,22 @@ impl NormalOperator {
         [alpha, beta]: [f32; 2],
         r: &[Vec3A],
         out: &mut [Vec3A],
-        combine: impl Fn(Vec3A, Vec3A) -> Vec3A,
+        combine: impl Fn(Vec3A, Vec3A) -> Vec3A + Sync,
     ) {
         let Self { rings, reciprocal_valences, middle, .. } = self;
         middle.resize(reciprocal_valences.len(), Vec3A::ZERO);
-        for ((middle, &r), &a) in middle.iter_mut().zip(r).zip(a) {
-            *middle = r * a;
-        }
-        let rows = out.iter_mut().zip(rings.differences(middle)).zip(&*middle).zip(a).zip(&*reciprocal_valences);
-        for ((((out, sum), &own), &a), &reciprocal) in rows {
-            *out = combine(*out, own * (a * alpha / reciprocal) + sum * (a * beta));
-        }
+        for_rows(middle, |first, middle| {
+            for ((middle, &r), &a) in middle.iter_mut().zip(&r[first..]).zip(&a[first..]) {
+                *middle = r * a;
+            }
+        });
+        for_rows(out, |first, out| {
+            let diagonals = a[first..].iter().zip(&reciprocal_valences[first..]);
+            let rows = out.iter_mut().zip(rings.differences(first, middle)).zip(&middle[first..]).zip(diagonals);
+            for (((out, sum), &own), (&a, &reciprocal)) in rows {
+                *out = combine(*out, own * (a * alpha / reciprocal) + sum * (a * beta));
+            }
+        });
         for (k, j) in rings.surplus() {
             out[k] += (middle[k] - middle[j]) * (a[k] * beta);
         }
@@ -114,9 +124,12 @@ impl NormalOperator {
     /// out = c Lᵀ r.
     pub fn right_side(&mut self, r: &[Vec3A], out: &mut [Vec3A]) {
         self.middle.resize(self.reciprocal_valences.len(), Vec3A::ZERO);
-        for ((middle, &r), &reciprocal) in self.middle.iter_mut().zip(r).zip(&self.reciprocal_valences) {
-            *middle = r * (self.scale * reciprocal);
-        }
+        let Self { reciprocal_valences, scale, middle, .. } = self;
+        for_rows(middle, |first, middle| {
+            for ((middle, &r), &reciprocal) in middle.iter_mut().zip(&r[first..]).zip(&reciprocal_valences[first..]) {
+                *middle = r * (*scale * reciprocal);
+            }
+        });
         self.graph_product(out);
     }
 
@@ -144,9 +157,12 @@ impl NormalOperator {
         let Self { rings, reciprocal_valences, scale, middle, .. } = self;
         middle.resize(reciprocal_valences.len(), Vec3A::ZERO);
         let weight = |reciprocal: f32| *scale * reciprocal * reciprocal;
-        for ((middle, sum), &reciprocal) in middle.iter_mut().zip(rings.differences(x)).zip(&*reciprocal_valences) {
-            *middle = sum * weight(reciprocal);
-        }
+        for_rows(middle, |first, middle| {
+            let reciprocals = &reciprocal_valences[first..];
+            for ((middle, sum), &reciprocal) in middle.iter_mut().zip(rings.differences(first, x)).zip(reciprocals) {
+                *middle = sum * weight(reciprocal);
+            }
+        });
         for (k, j) in rings.surplus() {
             middle[k] += (x[k] - x[j]) * weight(reciprocal_valences[k]);
         }
@@ -155,9 +171,11 @@ impl NormalOperator {
     /// out = K middle.
     fn graph_product(&self, out: &mut [Vec3A]) {
         let middle = &self.middle;
-        for (out, sum) in out.iter_mut().zip(self.rings.differences(middle)) {
-            *out = sum;
-        }
+        for_rows(out, |first, out| {
+            for (out, sum) in out.iter_mut().zip(self.rings.differences(first, middle)) {
+                *out = sum;
+            }
+        });
         for (k, j) in self.rings.surplus() {
             out[k] += middle[k] - middle[j];
         }

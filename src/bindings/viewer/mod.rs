@@ -161,6 +161,7 @@ impl Viewer {
             } else {
                 self.scene.set_figure_of_values(posed.positions, posed.laplacian, posed.coarser);
             }
+            crease_posing::threads::rest();
             let ended = milliseconds();
             parts[PARTS - 1] = ended - last;
             self.part_milliseconds = parts;

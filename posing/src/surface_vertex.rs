@@ -1,5 +1,7 @@
 //! One vertex of the figure as the GPU sees it each frame: position and packed normal, 16 bytes.
 
+use crate::threads::for_rows;
+use bytemuck::Zeroable;
 use glam::{Vec2, Vec3, Vec3A};
 
 /// Host twin of the `vec4u` that `figure_vertex` gives in the shaders.
@@ -22,6 +24,16 @@ impl SurfaceVertex {
     pub fn of_value(position: Vec3A, value: f32) -> Self {
         Self { position: position.to_array(), normal: value.to_bits() }
     }
+}
+
+/// Packs `positions` (metres) and as many unit `normals`, one each for every vertex, in place of what `vertices` had.
+pub fn pack_surface(positions: &[Vec3A], normals: &[Vec3A], vertices: &mut Vec<SurfaceVertex>) {
+    vertices.resize(positions.len(), SurfaceVertex::zeroed());
+    for_rows(vertices, |first, vertices| {
+        for ((vertex, &position), &normal) in vertices.iter_mut().zip(&positions[first..]).zip(&normals[first..]) {
+            *vertex = SurfaceVertex::new(position, normal);
+        }
+    });
 }
 
 /// Cigolle et al. 2014, "A Survey of Efficient Representations for Independent Unit Vectors", oct32.

@@ -2,6 +2,8 @@
 
 mod camera;
 mod drawing;
+#[cfg(feature = "threads")]
+mod threads;
 mod transfer;
 mod viewer;
 mod webgpu;

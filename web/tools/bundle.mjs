@@ -1,5 +1,5 @@
 /**
- * Bundles dist/ into lib/: one flat folder that any server can host as it is. The worker and the wasm module lie beside the scripts, where
+ * Bundles dist/ into lib/: one flat folder that any server can host as it is. The workers and the wasm modules lie beside the scripts, where
  * `new URL("./…", import.meta.url)` finds them; a bundler finds them by the same words.
  */
 
@@ -10,7 +10,11 @@ const folder = "lib";
 
 await rm(folder, { recursive: true, force: true });
 await build({
-  entryPoints: { "crease-avatar": "dist/public/crease-avatar.js", worker: "dist/internal/worker.js" },
+  entryPoints: {
+    "crease-avatar": "dist/public/crease-avatar.js",
+    worker: "dist/internal/worker.js",
+    thread: "dist/internal/thread.js",
+  },
   outdir: folder,
   chunkNames: "[name]-[hash]",
   bundle: true,
@@ -21,4 +25,6 @@ await build({
   sourcemap: true,
   logLevel: "warning",
 });
-for (const name of ["crease_bg.wasm", "crease_bg.symbols"]) await copyFile(`pkg/${name}`, `${folder}/${name}`);
+for (const name of ["crease_bg", "crease_threads_bg"]) {
+  for (const ending of ["wasm", "symbols"]) await copyFile(`pkg/${name}.${ending}`, `${folder}/${name}.${ending}`);
+}

@@ -1,11 +1,12 @@
 //! The name of a build, written into the scripts and the wasm module: files of two builds, mixed by a cache, do not work together.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use sha2::{Digest, Sha256};
 
+use crate::wasm::Form;
 use crate::{files, workspace};
 
 /// Name of the custom section that holds it; web/src/internal/module.ts looks for it.
@@ -15,23 +16,27 @@ const TYPES: &str = "/** The build that these scripts belong to. */
 export const BUILD: string;
 /** Where its wasm module is. */
 export const MODULE_URL: URL;
+/** Where the module is that runs on several threads. */
+export const THREADS_MODULE_URL: URL;
 ";
 
-/// Names the build by what the scripts and the module in `folder` are made of, in `build.js` and in a section of the module.
-pub fn write(folder: &Path, module: &str) -> Result<()> {
-    let path = folder.join(module);
-    let named = || format!("cannot read {}", workspace::relative(&path));
-    let stamped = fs::read(&path).with_context(named)?;
-    let plain = without_section(&stamped);
-    let build = name(plain, folder)?;
-    let wanted = with_section(plain, &build)?;
-    if wanted != stamped {
-        fs::write(&path, wanted).with_context(|| format!("cannot write {}", workspace::relative(&path)))?;
+/// Names the build by what the scripts and the modules in `folder` are made of, in `build.js` and in a section of each module.
+pub fn write(folder: &Path) -> Result<()> {
+    let paths = Form::ALL.map(|form| folder.join(form.module()));
+    let read = |path: &PathBuf| fs::read(path).with_context(|| format!("cannot read {}", workspace::relative(path)));
+    let stamped = paths.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let build = name(&stamped, folder)?;
+    for (path, stamped) in paths.iter().zip(&stamped) {
+        let wanted = with_section(without_section(stamped), &build)?;
+        if &wanted != stamped {
+            fs::write(path, wanted).with_context(|| format!("cannot write {}", workspace::relative(path)))?;
+        }
     }
-    // Bundlers know a file that belongs to a script by these very words.
-    let code = format!(
-        "export const BUILD = \"{build}\";\nexport const MODULE_URL = new URL(\"{module}\", import.meta.url);\n"
-    );
+    let mut code = format!("export const BUILD = \"{build}\";\n");
+    for (constant, form) in [("MODULE_URL", Form::Single), ("THREADS_MODULE_URL", Form::Threads)] {
+        // Bundlers know a file that belongs to a script by these very words.
+        code += &format!("export const {constant} = new URL(\"{}\", import.meta.url);\n", form.module());
+    }
     for (file, text) in [("build.js", code.as_str()), ("build.d.ts", TYPES)] {
         let path = folder.join(file);
         if !fs::read_to_string(&path).is_ok_and(|found| found == text) {
@@ -41,11 +46,12 @@ pub fn write(folder: &Path, module: &str) -> Result<()> {
     Ok(())
 }
 
-/// The release, and a hash of the module, its bindings and the element's sources.
-fn name(module: &[u8], folder: &Path) -> Result<String> {
+/// The release, and a hash of the modules, their bindings and the element's sources.
+fn name(modules: &[Vec<u8>], folder: &Path) -> Result<String> {
     let mut hash = Sha256::new();
-    hash.update(module);
-    let mut scripts = vec![folder.join("crease.js"), folder.join("webgl2_shaders.js")];
+    modules.iter().for_each(|module| hash.update(without_section(module)));
+    let mut scripts = vec![folder.join("webgl2_shaders.js")];
+    scripts.extend(Form::ALL.map(|form| folder.join(form.bindings())));
     scripts.extend(files::below(&workspace::web().join("src"))?);
     for script in scripts {
         hash.update(files::read(&script)?);

@@ -10,7 +10,7 @@ use crate::browser::Browser;
 use crate::{command, progress, workspace};
 
 /// The tables of cases.
-const FILES: [&str; 7] = [
+const FILES: [&str; 8] = [
     "./cases/time.mjs",
     "./cases/look.mjs",
     "./cases/out.mjs",
@@ -18,6 +18,7 @@ const FILES: [&str; 7] = [
     "./cases/errors.mjs",
     "./cases/faults.mjs",
     "./cases/manners.mjs",
+    "./cases/threads.mjs",
 ];
 
 /// Long use of a page, which no test has the time for.

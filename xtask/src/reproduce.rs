@@ -1,4 +1,4 @@
-//! `reproduce`: whether the wasm module is the same wherever and whenever it is built.
+//! `reproduce`: whether the wasm module, in both forms, is the same wherever and whenever it is built.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ pub fn run() -> Result<()> {
             wasm::build_apart(toolchain, &root)
         })
     };
-    let modules = [build("one")?, build("another folder")?];
-    for module in &modules {
+    let builds = [build("one")?, build("another folder")?];
+    for module in builds.as_flattened() {
         println!("{}  {} bytes", files::hex(&Sha256::digest(module)), module.len());
     }
-    ensure!(modules[0] == modules[1], "two builds of one commit differ; they lie in {}", workspace::relative(&folder));
+    ensure!(builds[0] == builds[1], "two builds of one commit differ; they lie in {}", workspace::relative(&folder));
     std::fs::remove_dir_all(&folder)?;
     Ok(())
 }

@@ -2,17 +2,18 @@
 
 use std::ops::Range;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use wasm_encoder::{EntityType, ExportKind, ExportSection, ImportSection, Module, RawSection};
 use wasmparser::{ExternalKind, Parser, Payload, TypeRef};
 
-/// Where the bindings wait for the module's imports.
-const IMPORTS: &str = "./crease_bg.js";
+const THREAD_END: &str = "__wbindgen_thread_destroy";
 
-/// `module` and the `script` that binds it, as wasm-bindgen writes them, with short names for the functions between them.
+/// `module` and the `script` that binds it, as wasm-bindgen writes them under `out_name`, with short names for the functions between them.
 ///
 /// Fails where the script has a name in another place than wasm-bindgen puts it.
-pub fn shorten(module: &[u8], script: &str) -> Result<(Vec<u8>, String)> {
+pub fn shorten(module: &[u8], script: &str, out_name: &str) -> Result<(Vec<u8>, String)> {
+    // Where the bindings wait for the module's imports.
+    let from = format!("./{out_name}_bg.js");
     let mut script = script.to_owned();
     let mut names = (0..).map(short_name);
     let mut shortened = Module::new();
@@ -22,19 +23,23 @@ pub fn shorten(module: &[u8], script: &str) -> Result<(Vec<u8>, String)> {
                 let mut imports = ImportSection::new();
                 for import in section.into_imports() {
                     let import = import?;
-                    let TypeRef::Func(index) = import.ty else {
-                        anyhow::bail!(
-                            "{}: expected only functions among the imports, found {:?}",
-                            import.name,
-                            import.ty
-                        );
-                    };
                     ensure!(
-                        import.module == IMPORTS,
-                        "{}: expected to be of {IMPORTS}, found {}",
+                        import.module == from,
+                        "{}: expected to be of {from}, found {}",
                         import.name,
                         import.module
                     );
+                    let index = match import.ty {
+                        TypeRef::Func(index) => index,
+                        TypeRef::Memory(memory) => {
+                            imports.import("a", import.name, wasm_encoder::MemoryType::from(memory));
+                            continue;
+                        }
+                        other => anyhow::bail!(
+                            "{}: expected a function or a memory to be imported, found {other:?}",
+                            import.name
+                        ),
+                    };
                     let name = names.next().unwrap_or_default();
                     replace_once(&mut script, &format!("\n        {}: ", import.name), &format!("\n        {name}: "))?;
                     imports.import("a", &name, EntityType::Function(index));
@@ -46,8 +51,18 @@ pub fn shorten(module: &[u8], script: &str) -> Result<(Vec<u8>, String)> {
                 for export in section {
                     let export = export?;
                     if export.kind == ExternalKind::Func {
+                        let uses = uses(&script, &format!("wasm.{}", export.name));
+                        // wasm-bindgen exports what ends a thread, whether its script does that or not.
+                        if uses.is_empty() && export.name == THREAD_END {
+                            continue;
+                        }
+                        ensure!(
+                            !uses.is_empty(),
+                            "the module's bindings: expected wasm.{}, found it nowhere",
+                            export.name
+                        );
                         let name = names.next().unwrap_or_default();
-                        replace_words(&mut script, &format!("wasm.{}", export.name), &format!("wasm.{name}"))?;
+                        script = with_replaced(&script, &uses, &format!("wasm.{name}"));
                         exports.export(&name, ExportKind::Func, export.index);
                     } else {
                         exports.export(export.name, export.kind.into(), export.index);
@@ -62,7 +77,7 @@ pub fn shorten(module: &[u8], script: &str) -> Result<(Vec<u8>, String)> {
             }
         }
     }
-    replace_once(&mut script, &format!("\"{IMPORTS}\": import0"), "a: import0")?;
+    replace_once(&mut script, &format!("\"{from}\": import0"), "a: import0")?;
     Ok((shortened.finish(), script))
 }
 
@@ -86,14 +101,16 @@ fn replace_once(text: &mut String, from: &str, to: &str) -> Result<()> {
     Ok(())
 }
 
-/// Replaces `from` wherever no longer word begins with it.
-fn replace_words(text: &mut String, from: &str, to: &str) -> Result<()> {
-    let places: Vec<Range<usize>> = text
-        .match_indices(from)
-        .map(|(at, _)| at..at + from.len())
+/// Where `name` stands in `text` as no longer word's beginning.
+fn uses(text: &str, name: &str) -> Vec<Range<usize>> {
+    text.match_indices(name)
+        .map(|(at, _)| at..at + name.len())
         .filter(|place| !text[place.end..].starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_' || c == '$'))
-        .collect();
-    let last = places.last().context(format!("the module's bindings: expected {from}, found it nowhere"))?.end;
+        .collect()
+}
+
+/// `text` with `to` at all of `places`.
+fn with_replaced(text: &str, places: &[Range<usize>], to: &str) -> String {
     let mut replaced = String::with_capacity(text.len());
     let mut copied = 0;
     for place in places {
@@ -101,9 +118,7 @@ fn replace_words(text: &mut String, from: &str, to: &str) -> Result<()> {
         replaced.push_str(to);
         copied = place.end;
     }
-    replaced.push_str(&text[last..]);
-    *text = replaced;
-    Ok(())
+    replaced + &text[copied..]
 }
 
 #[cfg(test)]
@@ -116,7 +131,7 @@ mod tests {
         let (mut types, mut imports, mut functions) =
             (TypeSection::new(), ImportSection::new(), FunctionSection::new());
         types.ty().function([], []);
-        imports.import(IMPORTS, "__wbg_log_0123456789abcdef", EntityType::Function(0));
+        imports.import("./crease_bg.js", "__wbg_log_0123456789abcdef", EntityType::Function(0));
         functions.function(0);
         let (mut exports, mut code) = (ExportSection::new(), CodeSection::new());
         exports.export("viewer_draw", ExportKind::Func, 1);
@@ -140,7 +155,7 @@ mod tests {
 
     #[test]
     fn both_sides_get_the_same_short_names() {
-        let (short, script) = shorten(&module(), SCRIPT).unwrap();
+        let (short, script) = shorten(&module(), SCRIPT, "crease").unwrap();
         assert!(script.contains("wasm.b(1); wasm.c(wasm.b);"), "{script}");
         assert!(script.contains("\n        a: function() {}") && script.contains("        a: import0"), "{script}");
         let mut names = Vec::new();
@@ -161,9 +176,9 @@ mod tests {
 
     #[test]
     fn a_script_of_another_module_is_refused() {
-        let error = shorten(&module(), &SCRIPT.replace("0123456789abcdef", "f")).unwrap_err().to_string();
+        let error = shorten(&module(), &SCRIPT.replace("0123456789abcdef", "f"), "crease").unwrap_err().to_string();
         assert!(error.contains("__wbg_log_0123456789abcdef") && error.contains("0 times"), "{error}");
-        let error = shorten(&module(), &SCRIPT.replace("viewer_drawn", "other")).unwrap_err().to_string();
+        let error = shorten(&module(), &SCRIPT.replace("viewer_drawn", "other"), "crease").unwrap_err().to_string();
         assert!(error.contains("wasm.viewer_drawn"), "{error}");
     }
 

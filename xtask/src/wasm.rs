@@ -2,21 +2,90 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use anyhow::{Context, Result};
 
 use crate::toolchain::Toolchain;
 use crate::{build_name, command, files, progress, short_names, webgl2_shaders, workspace};
 
-const MODULE: &str = "crease_bg.wasm";
-const BINDINGS: &str = "crease.js";
+/// The module is built twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// For every page.
+    Single,
+    /// For pages that are isolated from others: their workers may share its memory and be its threads.
+    Threads,
+}
 
-/// Names of the module's functions by their numbers, which is all that a browser's call stack tells of them.
-const SYMBOLS: &str = "crease_bg.symbols";
+impl Form {
+    /// Both.
+    pub const ALL: [Form; 2] = [Form::Single, Form::Threads];
+
+    fn name(self) -> &'static str {
+        match self {
+            Form::Single => "crease",
+            Form::Threads => "crease_threads",
+        }
+    }
+
+    /// The file that it becomes.
+    pub fn module(self) -> String {
+        format!("{}_bg.wasm", self.name())
+    }
+
+    /// The script that binds it.
+    pub fn bindings(self) -> String {
+        format!("{}.js", self.name())
+    }
+
+    /// Names of the module's functions by their numbers, which is all that a browser's call stack tells of them.
+    pub fn symbols(self) -> String {
+        format!("{}_bg.symbols", self.name())
+    }
+
+    /// A folder of its own: each has other flags, and would undo the other's work.
+    fn target(self, target: &Path) -> PathBuf {
+        match self {
+            Form::Single => target.to_owned(),
+            Form::Threads => target.join("threads"),
+        }
+    }
+
+    fn flags(self) -> &'static [&'static str] {
+        match self {
+            Form::Single => &[],
+            Form::Threads => &THREADS,
+        }
+    }
+}
+
+/// Memory that is given to the module, of so many bytes at most, and what a thread needs to have its own part of it.
+const THREADS: [&str; 18] = [
+    "-C",
+    "target-feature=+atomics,+bulk-memory,+mutable-globals",
+    "-C",
+    "link-arg=--shared-memory",
+    "-C",
+    "link-arg=--import-memory",
+    "-C",
+    "link-arg=--max-memory=1073741824",
+    "-C",
+    "link-arg=--export=__wasm_init_tls",
+    "-C",
+    "link-arg=--export=__tls_size",
+    "-C",
+    "link-arg=--export=__tls_align",
+    "-C",
+    "link-arg=--export=__tls_base",
+    "-C",
+    "link-arg=--export=__heap_base",
+];
 
 /// What the compiler may use: everywhere in browsers since 2023.
-const WASM_FEATURES: [&str; 7] = [
+const WASM_FEATURES: [&str; 8] = [
     "--enable-simd",
+    "--enable-threads",
     "--enable-bulk-memory",
     "--enable-nontrapping-float-to-int",
     "--enable-sign-ext",
@@ -33,44 +102,65 @@ const CODE_GENERATION: [&str; 2] = ["-C", "llvm-args=-inline-threshold=5"];
 /// Tests do without this.
 const PANICS: [&str; 3] = ["-Zunstable-options", "-C", "panic=immediate-abort"];
 
-/// Builds `crease-module` into web/pkg/. Does nothing beyond asking cargo when neither it nor this program, which finishes it, changed.
+/// Builds `crease-module` into web/pkg/, in both forms. Does nothing beyond asking cargo when neither they nor this program, which finishes
+/// them, changed.
 pub fn build(toolchain: Toolchain) -> Result<()> {
-    let compiled = progress::aloud("Compiling the wasm module", || {
-        compile(toolchain, workspace::root(), &workspace::wasm_target())
+    let compile = |form| compile(toolchain, form, workspace::root(), &workspace::wasm_target());
+    let compiled = progress::aloud("Compiling the wasm module, in both forms", || {
+        // Linking, which optimises all crates together, has one processor at work.
+        thread::scope(|scope| {
+            let threads = scope.spawn(|| compile(Form::Threads));
+            let single = compile(Form::Single)?;
+            Ok([single, threads.join().expect("the thread does not panic")?])
+        })
     })?;
     let package = workspace::web().join("pkg");
     let own = std::env::current_exe().context("cannot find this program's own file")?;
-    if ![&compiled, &own].iter().all(|source| is_newer(&package.join(MODULE), source)) {
+    let is_finished = |(form, compiled): (&Form, &PathBuf)| {
+        [compiled, &own].iter().all(|source| is_newer(&package.join(form.module()), source))
+    };
+    if !Form::ALL.iter().zip(&compiled).all(is_finished) {
         bind_and_optimise(&compiled, &package)?;
     }
     webgl2_shaders::write(&package)?;
-    build_name::write(&package, MODULE)
+    build_name::write(&package)
 }
 
-fn compile(toolchain: Toolchain, root: &Path, target: &Path) -> Result<PathBuf> {
-    let mut cargo = toolchain.cargo_in(root, target, &PANICS, "rustc");
-    cargo.args(["--package", "crease-module", "--lib", "--profile", "web", "--"]);
-    command::run(cargo.args(CODE_GENERATION))?;
-    Ok(toolchain.output_folder(target, "web").join("crease_module.wasm"))
+fn compile(toolchain: Toolchain, form: Form, root: &Path, target: &Path) -> Result<PathBuf> {
+    let target = form.target(target);
+    let flags = [&PANICS, form.flags()].concat();
+    let mut cargo = toolchain.cargo_in(root, &target, &flags, "rustc");
+    cargo.args(["--package", "crease-module", "--lib", "--profile", "web"]);
+    if form == Form::Threads {
+        cargo.args(["--features", "threads"]);
+    }
+    command::run(cargo.arg("--").args(CODE_GENERATION))?;
+    Ok(toolchain.output_folder(&target, "web").join("crease_module.wasm"))
 }
 
-/// The finished module, built from clean by the repository at `root`, whose folder is as good as any.
-pub fn build_apart(toolchain: Toolchain, root: &Path) -> Result<Vec<u8>> {
+/// The finished modules, built from clean by the repository at `root`, whose folder is as good as any.
+pub fn build_apart(toolchain: Toolchain, root: &Path) -> Result<[Vec<u8>; 2]> {
     let target = root.join("target/web");
-    let compiled = compile(toolchain, root, &target)?;
     let folder = target.join("pkg");
-    bind(&compiled, &folder)?;
-    optimise(&folder.join(MODULE))?;
-    fs::read(folder.join(MODULE)).context("cannot read the finished module")
+    let mut modules = [Vec::new(), Vec::new()];
+    for (form, module) in Form::ALL.into_iter().zip(&mut modules) {
+        let compiled = compile(toolchain, form, root, &target)?;
+        bind(form, &compiled, &folder)?;
+        optimise(form, &folder)?;
+        *module = fs::read(folder.join(form.module())).context("cannot read the finished module")?;
+    }
+    Ok(modules)
 }
 
-fn bind_and_optimise(compiled: &Path, package: &Path) -> Result<()> {
+fn bind_and_optimise(compiled: &[PathBuf], package: &Path) -> Result<()> {
     let aside = workspace::wasm_target().join("pkg");
     if aside.exists() {
         fs::remove_dir_all(&aside).with_context(|| format!("cannot clear {}", workspace::relative(&aside)))?;
     }
-    progress::quietly("Writing the bindings", || bind(compiled, &aside))?;
-    progress::quietly("Optimising the wasm module", || optimise(&aside.join(MODULE)))?;
+    for (form, compiled) in Form::ALL.into_iter().zip(compiled) {
+        progress::quietly("Writing the bindings", || bind(form, compiled, &aside))?;
+        progress::quietly("Optimising the wasm module", || optimise(form, &aside))?;
+    }
     replace(&aside, package)
 }
 
@@ -91,27 +181,28 @@ pub fn npm_script(name: &str) -> std::process::Command {
     npm
 }
 
-fn bind(compiled: &Path, folder: &Path) -> Result<()> {
-    let words = ["wasm-bindgen", "--target", "web", "--out-name", "crease", "--out-dir"].map(Path::new);
+fn bind(form: Form, compiled: &Path, folder: &Path) -> Result<()> {
+    let words = ["wasm-bindgen", "--target", "web", "--out-name", form.name(), "--out-dir"].map(Path::new);
     wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(words.into_iter().chain([folder, compiled]))
         .with_context(|| format!("wasm-bindgen cannot read {}", workspace::relative(compiled)))?;
-    let (module, script) = (folder.join(MODULE), folder.join(BINDINGS));
+    let (module, script) = (folder.join(form.module()), folder.join(form.bindings()));
     let bytes = fs::read(&module).with_context(|| format!("cannot read {}", workspace::relative(&module)))?;
-    let (short_module, short_script) = short_names::shorten(&bytes, &files::read(&script)?)?;
+    let (short_module, short_script) = short_names::shorten(&bytes, &files::read(&script)?, form.name())?;
     files::write(&module, short_module)?;
     files::write(&script, short_script)
 }
 
-fn optimise(module: &Path) -> Result<()> {
-    let before = fs::metadata(module)?.len();
+fn optimise(form: Form, folder: &Path) -> Result<()> {
+    let module = folder.join(form.module());
+    let before = fs::metadata(&module)?.len();
     let optimised = module.with_extension("optimised");
-    let symbols = format!("--symbolmap={}", module.with_file_name(SYMBOLS).display());
+    let symbols = format!("--symbolmap={}", folder.join(form.symbols()).display());
     let mut wasm_opt = command::program(workspace::web().join("node_modules/.bin/wasm-opt"));
-    wasm_opt.arg(module).arg("-o").arg(&optimised).arg("-Oz").arg(symbols).args(WASM_FEATURES);
+    wasm_opt.arg(&module).arg("-o").arg(&optimised).arg("-Oz").arg(symbols).args(WASM_FEATURES);
     command::run(&mut wasm_opt)?;
     let after = fs::metadata(&optimised)?.len();
-    fs::rename(&optimised, module)?;
-    eprintln!("   {MODULE}: {} kB, was {} kB before optimising", after / 1000, before / 1000);
+    fs::rename(&optimised, &module)?;
+    eprintln!("   {}: {} kB, was {} kB before optimising", form.module(), after / 1000, before / 1000);
     Ok(())
 }
 

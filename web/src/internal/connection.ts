@@ -6,6 +6,8 @@ import { WorkerHost } from "./worker-host.js";
 export interface Connection {
   /** Where it runs, for curious people. */
   readonly thread: "worker" | "main";
+  /** How many threads share a frame. */
+  readonly threads: number;
   /** Sends a command. */
   send(command: Command): void;
   /** Gives it a canvas to draw on. */
@@ -25,6 +27,7 @@ export async function connect(onReport: (report: Report) => void): Promise<Conne
   const stage = new Stage(onReport);
   return {
     thread: "main",
+    threads: 1,
     send: (command) => stage.handle(command),
     giveCanvas: (canvas) => stage.handle({ kind: "canvas", canvas }),
     close: () => stage.handle({ kind: "close" }),

@@ -1,5 +1,5 @@
-import { type Viewer, WebGpuPainter } from "../../pkg/crease.js";
-import { wasmModule } from "./module.js";
+import type { Viewer, WebGpuPainter } from "../../pkg/crease.js";
+import { type Runtime, wasmModule } from "./module.js";
 import type { Backend, Canvas } from "./protocol.js";
 
 /** Whatever draws a viewer's scene on a canvas. */
@@ -31,7 +31,12 @@ export interface Painter {
 /** Painters of WebGPU are made one after the other, so that the second finds the device of the first. */
 let making: Promise<unknown> = Promise.resolve();
 
-function makeWebGpuPainter(canvas: Canvas, computes: boolean, forced: boolean): Promise<WebGpuPainter> {
+function makeWebGpuPainter(
+  { WebGpuPainter }: Runtime,
+  canvas: Canvas,
+  computes: boolean,
+  forced: boolean,
+): Promise<WebGpuPainter> {
   const made = making.then(() => WebGpuPainter.create(canvas, computes, forced));
   making = made.catch(() => {});
   return made;
@@ -42,11 +47,10 @@ export async function openPainter(backend: Backend, canvas: () => Promise<Canvas
   switch (backend) {
     case "webgpu":
     case "webgpu+cpu":
-      await wasmModule();
-      return await makeWebGpuPainter(await canvas(), backend === "webgpu", forced);
+      return await makeWebGpuPainter(await wasmModule(), await canvas(), backend === "webgpu", forced);
     case "webgl2+cpu": {
-      const [{ WebGl2Painter }, { memory }] = await Promise.all([import("./webgl2/painter.js"), wasmModule()]);
-      return new WebGl2Painter(await canvas(), memory);
+      const [{ WebGl2Painter }, runtime] = await Promise.all([import("./webgl2/painter.js"), wasmModule()]);
+      return new WebGl2Painter(await canvas(), runtime);
     }
   }
 }

@@ -1,5 +1,7 @@
 /** What the page and the stage (usually in a worker) say to each other. */
 
+import type { Shared } from "./threads.js";
+
 /** What is shown: the figure at some stage of the pipeline, or something about its detailed surface. */
 export type View = "detailed" | "base" | "body" | "wireframe" | "normals" | "laplacian";
 
@@ -226,9 +228,23 @@ export interface Frame {
   readonly gpuBytes: number | null;
 }
 
+/** To the worker, before everything else: how many threads may share a frame. */
+export interface Begin {
+  readonly threads: number;
+}
+
+/** To a worker that is to be a thread of a module. */
+export interface ThreadStart extends Shared {
+  readonly build: string;
+}
+
+/** From it, once: it takes part from now on. */
+export type ThreadReport = "running";
+
 /** From the stage to the page. */
 export type Report =
   | { readonly kind: "capability"; readonly build: string; readonly webgpu: boolean; readonly animationFrames: boolean }
+  | { readonly kind: "threads-wanted"; readonly shared: Shared }
   | { readonly kind: "canvas-wanted" }
   | { readonly kind: "progress"; readonly phase: Phase; readonly loaded: number; readonly total: number | null }
   | { readonly kind: "loaded"; readonly vertices: number }

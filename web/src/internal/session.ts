@@ -77,7 +77,7 @@ export class Session {
         connection.close();
         return null;
       }
-      this.counter.thread = connection.thread;
+      this.counter.connection = connection;
       connection.send({ kind: "open", url: this.#url, ...opening() });
       return connection;
     } catch (thrown) {

@@ -1,4 +1,4 @@
-import { Viewer } from "../../pkg/crease.js";
+import type { Viewer } from "../../pkg/crease.js";
 import { answer, type Studio } from "./answers.js";
 import { applySettings, cameraPlace, moveCamera } from "./apply-settings.js";
 import { failureOf, StageError } from "./errors.js";
@@ -144,10 +144,10 @@ export class Stage {
       maxBytes: this.#maxBytes,
       onBytes: (loaded, total) => this.#report({ kind: "progress", phase: "download", loaded, total }),
     });
-    const [bytes] = await Promise.all([download, wasmModule()]);
+    const [bytes, runtime] = await Promise.all([download, wasmModule()]);
     if (this.#closed) return;
     this.#report({ kind: "progress", phase: "prepare", loaded: bytes.length, total: bytes.length });
-    const viewer = new Viewer(bytes, fileName(url));
+    const viewer = new runtime.Viewer(bytes, fileName(url));
     // A quality that is demanded holds from the first picture on.
     if (this.#settings.quality !== "auto") viewer.prepareDetail();
     this.#viewer = viewer;

@@ -1,3 +1,4 @@
+import type { Connection } from "./connection.js";
 import { type Backend, type Frame, POSE_PARTS } from "./protocol.js";
 
 /** Frames that the medians look back on. */
@@ -33,6 +34,8 @@ export interface Statistics {
   readonly backend: Backend | null;
   /** Thread that does it; null before the avatar is loaded. */
   readonly thread: "worker" | "main" | null;
+  /** How many threads share a frame: more than one only in a page that is cross-origin isolated; null before the avatar is loaded. */
+  readonly threads: number | null;
   /** Vertices of the mesh that is drawn. */
   readonly vertices: number;
 }
@@ -57,7 +60,7 @@ export class FrameCounter {
   #firstFrame: number | null = null;
   #firstDetail: number | null = null;
   backend: Backend | null = null;
-  thread: "worker" | "main" | null = null;
+  connection: Connection | null = null;
   vertices = 0;
 
   /** Takes one drawn frame into account. */
@@ -95,7 +98,8 @@ export class FrameCounter {
       memoryBytes: this.#last?.memoryBytes ?? 0,
       gpuBytes: this.#last?.gpuBytes ?? null,
       backend: this.backend,
-      thread: this.thread,
+      thread: this.connection?.thread ?? null,
+      threads: this.connection?.threads ?? null,
       vertices: this.vertices,
     };
   }

@@ -16,11 +16,15 @@ const MEDIA_TYPES = {
   ".svg": "image/svg+xml",
 };
 
-/** An empty page that knows the element; `strict` in its query adds the documented policy. */
+/** An empty page that knows the element. `strict` as its query adds the documented policy, `isolated` the headers that keep other sites away. */
 const BLANK = `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>A case</title>
 <link rel="stylesheet" href="/case.css">
 <script type="module" src="/web/dist/public/crease-avatar.js"></script></head><body></body></html>`;
 const STYLE = "body { margin: 0; } crease-avatar { display: block; width: 320px; height: 320px; }";
+const ISOLATION = {
+  "Cross-Origin-Opener-Policy": "same-origin",
+  "Cross-Origin-Embedder-Policy": "require-corp",
+};
 /** Read from the page that recommends it: what is recommended is what was tried. */
 const POLICY = /^Content-Security-Policy: (.+)$/mu.exec(await readFile(join(ROOT, "docs/self-hosting.md"), "utf8"))[1];
 
@@ -34,8 +38,11 @@ export async function startServer() {
     const url = new URL(request.url, "http://localhost");
     // Browsers ask for it by themselves.
     if (url.pathname !== "/favicon.ico") requests.push(url.pathname);
+    // The page's workers need what the page has.
+    const isolated = url.search === "?isolated" || request.headers.referer?.endsWith("?isolated");
     const send = (status, type, body, headers = {}) => {
-      response.writeHead(status, { "Content-Type": type, "Cache-Control": "no-store", ...headers });
+      const all = { "Content-Type": type, "Cache-Control": "no-store", ...(isolated ? ISOLATION : {}), ...headers };
+      response.writeHead(status, all);
       response.end(body);
     };
     switch (url.pathname) {

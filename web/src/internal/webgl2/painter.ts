@@ -1,6 +1,7 @@
-import { PictureLayout, type Viewer } from "../../../pkg/crease.js";
+import type { PictureLayout, Viewer } from "../../../pkg/crease.js";
 import * as programs from "../../../pkg/webgl2_shaders.js";
 import { StageError } from "../errors.js";
+import type { Runtime } from "../module.js";
 import type { Canvas } from "../protocol.js";
 import { DepthMap } from "./depth-map.js";
 import { Figure } from "./figure.js";
@@ -13,7 +14,7 @@ export class WebGl2Painter {
   readonly #canvas: Canvas;
   readonly #gl: WebGL2RenderingContext;
   readonly #memory: MemoryView;
-  readonly #layout = new PictureLayout();
+  readonly #layout: PictureLayout;
   readonly #sky: WebGLProgram;
   readonly #floor: WebGLProgram;
   readonly #lit: WebGLProgram;
@@ -27,7 +28,7 @@ export class WebGl2Painter {
   #size = { width: 0, height: 0 };
   #lost = false;
 
-  constructor(canvas: Canvas, memory: WebAssembly.Memory) {
+  constructor(canvas: Canvas, { PictureLayout, memory }: Runtime) {
     const options = { antialias: false, depth: false, powerPreference: "high-performance" } as const;
     const gl = canvas.getContext("webgl2", options) as WebGL2RenderingContext | null;
     if (!gl) throw new StageError("unsupported", "WebGL2 is not available");
@@ -37,7 +38,8 @@ export class WebGl2Painter {
     this.#canvas = canvas;
     this.#gl = gl;
     this.#memory = new MemoryView(memory);
-    const layout = this.#layout;
+    const layout = new PictureLayout();
+    this.#layout = layout;
     this.#keyMap = new DepthMap(gl, layout.keyMapTexels, layout.keyMapCoarser);
     this.#belowMap = new DepthMap(gl, layout.belowMapTexels, layout.belowMapCoarser);
     this.#sky = compileProgram(gl, programs.sky);

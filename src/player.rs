@@ -3,6 +3,8 @@
 mod clock;
 mod pose_source;
 mod quality;
+#[cfg(feature = "threads")]
+mod sharing;
 
 pub use clock::Clock;
 pub use quality::{QUALITY_LEVELS, QualityController, QualityLevel};
@@ -122,6 +124,8 @@ pub struct Player {
     positions: Vec<Vec3A>,
     normals: Vec<Vec3A>,
     laplacian: Vec<f32>,
+    #[cfg(feature = "threads")]
+    sharing: sharing::Sharing,
 }
 
 impl Player {
@@ -152,6 +156,8 @@ impl Player {
             positions: Vec::new(),
             normals: Vec::new(),
             laplacian: Vec::new(),
+            #[cfg(feature = "threads")]
+            sharing: sharing::Sharing::default(),
         })
     }
 
@@ -314,6 +320,8 @@ impl Player {
         if self.step(seconds).is_none() {
             return Ok(None);
         }
+        #[cfg(feature = "threads")]
+        crate::threads::set_shares(self.sharing.now());
         let Some(Wanted { pose, options, coarser }) = &self.wanted else { return Ok(None) };
         let options = Options { warm_start: options.warm_start && !self.cold, ..*options };
         let positions = self.prepared.animate(pose, &options, observe);
@@ -342,6 +350,15 @@ impl Player {
             laplacian: &self.laplacian[..drawn.min(self.laplacian.len())],
             coarser: *coarser,
         }))
+    }
+
+    /// The mesh that [`Self::advance`] returned last took so many seconds to make, and what was made of it: whether the next is worth sharing out
+    /// between threads is learnt from it.
+    pub fn count_posing(&mut self, seconds: f64) {
+        #[cfg(feature = "threads")]
+        self.sharing.count(seconds);
+        #[cfg(not(feature = "threads"))]
+        let _ = seconds;
     }
 
     /// The error of a frame of this moment with `count` vertices that are nowhere.

@@ -13,6 +13,9 @@ use crate::{browser, check, command, progress, setup, size, wasm, workspace};
 /// The avatar that is measured, relative to the root.
 const AVATAR: &str = "web/assets/shirt-dancer.glb";
 
+/// What it dances, relative to the root.
+const MOTION: &str = "web/assets/motions/dance_a.pkl";
+
 /// A page of the demo avatar alone, at a fixed quality.
 const PAGE: &str = "tests/pages/bench.html";
 
@@ -45,6 +48,8 @@ pub fn run(options: &Options) -> Result<()> {
         wasm::build(toolchain)?;
         wasm::build_element()?;
         figures.put("runtime_gzip_bytes", json!(size::runtime_gzip_bytes()?));
+        figures.put("threads_runtime_gzip_bytes", json!(size::threads_gzip_bytes()?));
+        threads(&mut figures)?;
         pages(&mut figures)?;
     }
     let file = workspace::root().join("target/bench.json");
@@ -150,6 +155,24 @@ fn gpu(figures: &mut Figures) -> Result<()> {
     Ok(())
 }
 
+/// The module on one thread and on as many as there are processors, outside of a browser: its renderer would have one of them.
+fn threads(figures: &mut Figures) -> Result<()> {
+    let root = workspace::root();
+    let order = json!({
+        "package": workspace::web().join("pkg"), "avatar": root.join(AVATAR), "motion": root.join(MOTION), "threads": processors()
+    });
+    let told = progress::aloud("Frames on several threads", || {
+        let mut node = command::program("node");
+        node.arg(workspace::web().join("tools/time_threads.mjs")).arg(order.to_string());
+        command::output(&mut node)
+    })?;
+    let told: Value = serde_json::from_str(&told).context("tools/time_threads.mjs printed no JSON")?;
+    for (key, value) in told.as_object().into_iter().flatten() {
+        figures.put(key, value.as_f64().map_or(value.clone(), |number| json!(to_hundredths(number))));
+    }
+    Ok(())
+}
+
 /// The demo avatar in headless Chromium: on each backend, and several of it in one page.
 fn pages(figures: &mut Figures) -> Result<()> {
     for (backend, key) in [("webgpu+cpu", "webgpu_cpu"), ("webgl2+cpu", "webgl2_cpu")] {
@@ -187,10 +210,14 @@ fn pages(figures: &mut Figures) -> Result<()> {
 
 /// The processor's name, and how many of it.
 fn machine() -> String {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let processors = processors();
     let described = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = described.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     format!("{} × {}", processors, model.map_or(std::env::consts::ARCH, |(_, name)| name.trim()))
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn commit() -> Result<String> {

@@ -34,7 +34,7 @@ pub fn check() -> Result<()> {
     let root = workspace::root();
     let folder = root.join("target/demo");
     fs::create_dir_all(&folder).context("cannot make target/demo")?;
-    let serving = serve::start(Site::new(Path::new("index.html"))?, Some(0))?;
+    let serving = serve::start_isolated(Site::new(Path::new("index.html"))?, Some(0))?;
     let order = Browser::Chromium.order(json!({
         "url": serving.url("/"),
         "limitMilliseconds": 1000 * LIMIT_SECONDS,

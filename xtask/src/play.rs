@@ -47,7 +47,7 @@ pub fn run(options: &Options) -> Result<()> {
 
 /// Serves a site until Ctrl-C, and opens the page at `path` where there is somebody to see it.
 pub fn serve(site: Site, path: &str, port: Option<u16>, opens: bool) -> Result<()> {
-    let serving = serve::start(site, port)?;
+    let serving = serve::start_isolated(site, port)?;
     let url = serving.url(path);
     eprintln!("Serving {url} (Ctrl-C stops)");
     if opens && has_desktop() && webbrowser::open(&url).is_err() {

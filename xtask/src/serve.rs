@@ -29,6 +29,19 @@ pub struct Serving {
 
 /// Serves the site on 127.0.0.1: on the given port (0: any), else on the first usual one that is free.
 pub fn start(site: Site, port: Option<u16>) -> Result<Serving> {
+    start_with(site, port, &[])
+}
+
+/// What keeps a page apart from others, so that its workers may share memory.
+const ISOLATION: [(&str, &str); 2] =
+    [("Cross-Origin-Opener-Policy", "same-origin"), ("Cross-Origin-Embedder-Policy", "require-corp")];
+
+/// The same with pages that are cross-origin isolated: their avatars may have several threads.
+pub fn start_isolated(site: Site, port: Option<u16>) -> Result<Serving> {
+    start_with(site, port, &ISOLATION)
+}
+
+fn start_with(site: Site, port: Option<u16>, headers: &'static [(&str, &str)]) -> Result<Serving> {
     let listener = match port {
         Some(port) => listen(port).with_context(|| format!("cannot use port {port}"))?,
         None => USUAL_PORTS.chain([0]).find_map(|port| listen(port).ok()).context("no free port")?,
@@ -43,7 +56,7 @@ pub fn start(site: Site, port: Option<u16>) -> Result<Serving> {
             }
             let site = site.clone();
             // The browser may go away in the middle of a file: no error of ours.
-            thread::spawn(move || converse(&stream, &site, address.port()).ok());
+            thread::spawn(move || converse(&stream, &site, address.port(), headers).ok());
         }
     });
     Ok(Serving { address, is_over, thread: Some(thread) })
@@ -74,7 +87,7 @@ fn listen(port: u16) -> io::Result<TcpListener> {
 }
 
 /// One request and its answer.
-fn converse(mut stream: &TcpStream, site: &Site, port: u16) -> io::Result<()> {
+fn converse(mut stream: &TcpStream, site: &Site, port: u16, headers: &[(&'static str, &str)]) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let request = Request::read(&mut BufReader::new(stream))?;
@@ -86,6 +99,7 @@ fn converse(mut stream: &TcpStream, site: &Site, port: u16) -> io::Result<()> {
     // Nothing is cached: whoever rebuilds sees the new files. No other site may embed what is here.
     let response = response.with("Cache-Control", "no-store").with("X-Content-Type-Options", "nosniff");
     let response = response.with("Cross-Origin-Resource-Policy", "same-origin");
+    let response = headers.iter().fold(response, |response, (name, value)| response.with(name, *value));
     response.write(&mut stream, has_body)
 }
 
@@ -172,6 +186,16 @@ mod tests {
         assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
         assert!(answer.contains("Content-Type: application/json") && answer.contains("Cache-Control: no-store"));
         assert!(answer.trim_end().ends_with('}') && answer.contains("crease-avatar"));
+    }
+
+    #[test]
+    fn only_isolated_pages_are_told_to_be() {
+        let site = || Site::new(Path::new("tests/pages/tiny.html")).unwrap();
+        let request = "HEAD /web/package.json HTTP/1.1\r\nHost: localhost:PORT";
+        let isolated = ask(&start_isolated(site(), Some(0)).unwrap(), request);
+        assert!(isolated.contains("Cross-Origin-Opener-Policy: same-origin\r\n"), "{isolated}");
+        assert!(isolated.contains("Cross-Origin-Embedder-Policy: require-corp\r\n"), "{isolated}");
+        assert!(!ask(&serving(), request).contains("Embedder"));
     }
 
     #[test]

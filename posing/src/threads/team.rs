@@ -26,6 +26,8 @@ pub struct Team {
     done: AtomicU32,
     /// Held by the thread whose job it is.
     lead: Mutex<()>,
+    /// Whether members are asked at all.
+    asks: AtomicBool,
     members: AtomicU32,
     /// There is no job to be expected.
     rests: AtomicBool,
@@ -59,6 +61,7 @@ impl Team {
             number: AtomicU32::new(0),
             done: AtomicU32::new(0),
             lead: Mutex::new(()),
+            asks: AtomicBool::new(true),
             members: AtomicU32::new(0),
             rests: AtomicBool::new(false),
             asleep: Mutex::new(0),
@@ -105,16 +108,22 @@ impl Team {
         self.members.load(Ordering::Relaxed) as usize
     }
 
+    /// Whether jobs are to be shared from now on.
+    pub fn set_shares(&self, shares: bool) {
+        self.asks.store(shares, Ordering::Relaxed);
+    }
+
     /// There will be no job for a while: members sleep.
     pub fn rest(&self) {
         self.rests.store(true, Ordering::Relaxed);
     }
 
     /// Calls `work` with every number below `parts` (65 535 at most), on this thread and whichever members come, and returns when all is
-    /// done. On this thread alone where there are no members, or where they are at another job.
+    /// done. On this thread alone where there are no members, where they are at another job, and where they are not to be asked.
     pub fn share(&self, parts: usize, work: &(dyn Fn(usize) + Sync)) {
         let members = self.members();
-        let lead = if members > 0 && parts < NEXT as usize { self.lead.try_lock().ok() } else { None };
+        let may_share = members > 0 && self.asks.load(Ordering::Relaxed) && parts < NEXT as usize;
+        let lead = if may_share { self.lead.try_lock().ok() } else { None };
         let Some(_lead) = lead else { return (0..parts).for_each(work) };
         let job = Job { work };
         self.job.store((&raw const job).cast_mut().cast(), Ordering::Relaxed);
@@ -231,9 +240,12 @@ mod tests {
     }
 
     #[test]
-    fn without_members_and_within_a_part_there_is_one_thread() {
+    fn without_members_within_a_part_and_where_it_is_wanted_there_is_one_thread() {
         assert_eq!(counts(&Team::new(), 5), [1; 5]);
         let team = team(1);
         team.share(4, &|_| assert_eq!(counts(team, 9), [1; 9]));
+        team.set_shares(false);
+        let own = thread::current().id();
+        team.share(100, &|_| assert_eq!(thread::current().id(), own));
     }
 }

@@ -166,6 +166,7 @@ impl Viewer {
             parts[PARTS - 1] = ended - last;
             self.part_milliseconds = parts;
             self.pose_milliseconds = Some(ended - started);
+            self.player.count_posing(1e-3 * (ended - started));
             self.redraw = true;
         }
         let camera = &mut self.scene.camera;

@@ -78,6 +78,7 @@ impl Default for CompactOptions {
                 smoothness: 6.0,
                 shrinkage: 0.9,
                 mirrored: true,
+                keeps_rough_mean: true,
                 wide: regression(8, 2.0, 1.0, 1.0 / 8192.0),
                 narrow: regression(120, 0.4, 0.01, 1.0 / 8192.0),
             },
@@ -86,6 +87,7 @@ impl Default for CompactOptions {
                 smoothness: 30.0,
                 shrinkage: 1.0,
                 mirrored: false,
+                keeps_rough_mean: false,
                 wide: regression(0, 2.0, 1.0, 2.0),
                 narrow: regression(64, 0.25, 0.01, 2.0),
             },
@@ -103,6 +105,7 @@ impl CompactOptions {
             smoothness: 0.0,
             shrinkage: 1.0,
             mirrored: false,
+            keeps_rough_mean: false,
             wide: RegressionOptions { basis_count: 32, kernel_length: 1.0, ridge: 1e-3, step },
             narrow: RegressionOptions { basis_count: 0, kernel_length: 1.0, ridge: 1e-3, step },
         };

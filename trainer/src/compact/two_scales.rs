@@ -13,6 +13,7 @@ use super::regression::{COEFFICIENT_STEP, Prior, RegressionOptions, regress, rou
 use crease::body::{Pose, Rig};
 use crease::mesh::{Adjacency, Subdivision};
 use crease::network::{Compact, Domain, Scratch};
+use crease::pose_feature::PoseMask;
 use glam::Vec3A;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,9 @@ pub struct BranchOptions {
     pub shrinkage: f32,
     /// Whether the wide regression learns from every frame's mirror image too. Not for clothes that differ left to right.
     pub mirrored: bool,
+    /// Whether places that listen to no joint, such as the head, keep the mean of what the wide regression leaves of them. It is the
+    /// only thing that is said of them, and it is not smooth.
+    pub keeps_rough_mean: bool,
     /// Regression of the smooth part.
     pub wide: RegressionOptions,
     /// Regression of what the wide one leaves; none where K is 0.
@@ -89,7 +93,11 @@ fn regress_on_two_scales(
             target.iter().zip(&values).map(|(&target, &value)| target - value).collect()
         })
         .collect();
-    joined(wide, regress(level, &merged(regions), poses, &left, Prior::Zero, &options.narrow))
+    let mut merged = merged(regions);
+    if !options.keeps_rough_mean {
+        merged.retain(|region| region.mask != PoseMask::default());
+    }
+    joined(wide, regress(level, &merged, poses, &left, Prior::Zero, &options.narrow))
 }
 
 /// The sum of two functions of the same level. The first one's centres begin with the second one's; to the rest the second is deaf.
@@ -147,7 +155,6 @@ fn smoothed(adjacency: &Adjacency, field: &[Vec3A], smoothness: f32) -> Vec<Vec3
 mod tests {
     use super::*;
     use crate::shapes::sphere;
-    use crease::pose_feature::PoseMask;
     use glam::Quat;
 
     fn pose(bend: f32) -> Pose {
@@ -175,6 +182,7 @@ mod tests {
             smoothness: 30.0,
             shrinkage: 1.0,
             mirrored: false,
+            keeps_rough_mean: true,
             wide: RegressionOptions { basis_count: 3, kernel_length: 2.0, ridge: 0.1, step: 1e-3 },
             narrow: RegressionOptions { basis_count: narrow, kernel_length: 0.5, ridge: 1e-3, step: 1e-3 },
         };
@@ -216,6 +224,29 @@ mod tests {
     }
 
     #[test]
+    fn places_without_joints_keep_a_rough_mean_only_where_that_is_wanted() {
+        let mesh = sphere(1.0, 3);
+        let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
+        let halves = [PoseMask(0b10), PoseMask::default()].map(|mask| {
+            let is_of_it = |&vertex: &u32| (mesh.positions[vertex as usize].x > 0.0) == (mask == PoseMask(0b10));
+            let vertices = (0..mesh.positions.len() as u32).filter(is_of_it).map(|vertex| (vertex, 1.0)).collect();
+            WeightedRegion { mask, vertices }
+        });
+        let poses: Vec<Pose> = (0..12).map(|t| pose(0.1 * t as f32)).collect();
+        // Rough, and the same in all poses.
+        let targets: Vec<Vec<Vec3A>> = vec![target(&mesh.positions, 0.5); 12];
+        let roughness = |keeps_rough_mean: bool| {
+            let options = BranchOptions { smoothness: 30.0, keeps_rough_mean, ..options(8) };
+            let compact = regress_on_two_scales(0, &halves, &adjacency, &poses, &targets, None, &options);
+            let values = evaluate(&compact, mesh.positions.len(), 0.5);
+            let deaf = halves[1].vertices.iter().map(|&(vertex, _)| values[vertex as usize].z);
+            rms(deaf.collect::<Vec<_>>().into_iter())
+        };
+        let (kept, left) = (roughness(true), roughness(false));
+        assert!(kept > 0.9 && left < 0.15, "{kept} and {left}");
+    }
+
+    #[test]
     fn without_a_narrow_part_noise_is_never_learnt() {
         let (positions, compact) = trained(0);
         let near = evaluate(&compact, positions.len(), 0.5);
@@ -244,6 +275,7 @@ mod tests {
             smoothness: 0.0,
             shrinkage: 1.0,
             mirrored: false,
+            keeps_rough_mean: true,
             wide: RegressionOptions { basis_count: 6, kernel_length: 2.0, ridge: 1e-2, step: 1e-4 },
             narrow: RegressionOptions { basis_count: narrow, kernel_length: 0.4, ridge: 1e-3, step: 1e-4 },
         }

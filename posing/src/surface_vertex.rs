@@ -53,18 +53,19 @@ fn pack_octahedral(normal: Vec3) -> u32 {
     u32::from(quantised(octahedral.x)) | u32::from(quantised(octahedral.y)) << 16
 }
 
+/// The unit normal that is packed so: what `unpack_normal` in surface_vertex.wgsl does, for tests.
+#[cfg(any(test, feature = "fixture"))]
+pub fn unpack_normal(packed: u32) -> Vec3 {
+    let number = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let (x, y) = (number(packed), number(packed >> 16));
+    let z = 1.0 - x.abs() - y.abs();
+    let fold = (-z).max(0.0);
+    Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z).normalize()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// What `unpack_normal` in surface_vertex.wgsl does.
-    fn unpack(packed: u32) -> Vec3 {
-        let number = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
-        let (x, y) = (number(packed), number(packed >> 16));
-        let z = 1.0 - x.abs() - y.abs();
-        let fold = (-z).max(0.0);
-        Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z).normalize()
-    }
 
     #[test]
     fn packed_normals_come_back_within_a_hundredth_of_a_degree() {
@@ -72,7 +73,7 @@ mod tests {
             let (z, angle) = (1.0 - 2.0 * i as f32 / 499.0, 2.4 * i as f32);
             let ring = (1.0 - z * z).max(0.0).sqrt();
             let normal = Vec3::new(ring * angle.cos(), ring * angle.sin(), z);
-            let error = unpack(pack_octahedral(normal)).distance(normal);
+            let error = unpack_normal(pack_octahedral(normal)).distance(normal);
             assert!(error < 1.7e-4, "{normal}: {error}");
         }
     }

@@ -1,7 +1,7 @@
 //! Who is whose neighbour on a level, in GPU buffers.
 
 use super::kernel::{Gpu, storage_of};
-use crate::mesh::Triangle;
+use crate::mesh::{Incidence, Triangle};
 use wgpu::Buffer;
 
 /// Neighbours of each vertex in compressed rows.
@@ -37,22 +37,12 @@ impl GpuRings {
 
 impl GpuCorners {
     pub fn new(gpu: &Gpu, vertex_count: usize, triangles: &[Triangle]) -> Self {
-        let mut offsets = vec![0u32; vertex_count + 1];
-        for &corner in triangles.as_flattened() {
-            offsets[corner as usize + 1] += 1;
-        }
-        for k in 0..vertex_count {
-            offsets[k + 1] += offsets[k];
-        }
-        let mut next = offsets.clone();
-        let mut corners = vec![[0u32; 2]; 3 * triangles.len()];
-        for &[a, b, c] in triangles {
-            for (corner, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-                let at = &mut next[corner as usize];
-                corners[*at as usize] = others;
-                *at += 1;
-            }
-        }
+        let Incidence { offsets, corners } = Incidence::new(vertex_count, triangles);
+        let others = |&corner: &u32| {
+            let [a, b, c] = triangles[corner as usize / 3];
+            [[b, c], [c, a], [a, b]][corner as usize % 3]
+        };
+        let corners: Vec<[u32; 2]> = corners.iter().map(others).collect();
         Self { offsets: storage_of(gpu, "corners: offsets", &offsets), corners: storage_of(gpu, "corners", &corners) }
     }
 }

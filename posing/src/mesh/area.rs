@@ -43,7 +43,7 @@ fn shares(positions: &[Vec3A], triangles: &[Triangle; 4]) -> [[f32; 4]; 3] {
 #[derive(Clone, Debug)]
 pub struct VertexAreas {
     #[cfg(feature = "threads")]
-    corners: super::incidence::Incidence,
+    corners: super::Incidence,
     /// The parts of each triangle's area that belong to its corners.
     #[cfg(feature = "threads")]
     shares: Vec<[f32; 3]>,
@@ -66,7 +66,7 @@ impl VertexAreas {
 impl VertexAreas {
     /// For a mesh of `triangles` over `vertex_count` vertices.
     pub fn new(vertex_count: usize, triangles: &[Triangle]) -> Self {
-        let corners = super::incidence::Incidence::new(vertex_count, triangles);
+        let corners = super::Incidence::new(vertex_count, triangles);
         Self { corners, shares: vec![[0.0; 3]; triangles.len()] }
     }
 

@@ -1,13 +1,15 @@
-//! Where each vertex stands in a list of triangles: one thread adds up triangle by triangle, several vertex by vertex, each its own.
+//! Where each vertex stands in a list of triangles: one thread adds up triangle by triangle, several of a processor or of a GPU vertex by
+//! vertex, each its own.
 
 use super::Triangle;
 
-/// Which corners of triangles vertices are. Corner 3 t + i is the i-th of triangle t.
+/// Which corners of triangles vertices are, in compressed rows that ascend. Corner 3 t + i is the i-th of triangle t.
 #[derive(Clone, Debug)]
 pub struct Incidence {
-    /// Where the corners of each vertex begin, and one past the last.
-    offsets: Vec<u32>,
-    corners: Vec<u32>,
+    /// `offsets[k]..offsets[k + 1]` is the row of vertex k in `corners`; length V + 1.
+    pub offsets: Vec<u32>,
+    /// Corners.
+    pub corners: Vec<u32>,
 }
 
 impl Incidence {

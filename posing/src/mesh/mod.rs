@@ -2,7 +2,6 @@
 
 mod area;
 mod edge_index;
-#[cfg(feature = "threads")]
 mod incidence;
 pub(crate) mod loop_stencils;
 mod normals;
@@ -15,6 +14,7 @@ mod topology;
 
 pub use area::{VertexAreas, mixed_voronoi_areas};
 pub use edge_index::EdgeIndex;
+pub use incidence::Incidence;
 pub use normals::vertex_normals;
 pub use sparse::{Entry, SparseMatrix};
 pub use subdivision::{Scheme, Subdivision};

@@ -24,11 +24,9 @@ pub fn joined() -> usize {
 }
 
 /// Whether loops are shared out from now on, by whichever thread runs them.
+#[cfg(feature = "threads")]
 pub fn set_shares(shares: bool) {
-    #[cfg(feature = "threads")]
     TEAM.set_shares(shares);
-    #[cfg(not(feature = "threads"))]
-    let _ = shares;
 }
 
 /// Tells that this thread has no loops for a while, so that the others need not look out for them.

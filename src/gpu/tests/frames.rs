@@ -1,7 +1,6 @@
 //! Whole frames against `animate`.
 
 use super::super::{GpuAnimator, GpuError, Timestamps};
-use super::passes::unpack_normal;
 use super::{Gpu, gpu, largest_distance};
 use crate::animate::{Animator, Options, Stage};
 use crate::avatar::Avatar;
@@ -9,6 +8,7 @@ use crate::body::Pose;
 use crate::fixture::{bent_pose, compact_avatar, plain_avatar};
 use crate::mesh::vertex_normals;
 use crate::solver::Stop;
+use crease_posing::surface_vertex::unpack_normal;
 use glam::{Quat, Vec3A};
 use std::sync::Arc;
 use wgpu::Buffer;
@@ -91,7 +91,8 @@ fn normals_agree_with_the_cpu() {
         both.on_gpu(&bent_pose(), &options);
         let packed: Vec<[u32; 4]> = both.gpu.read(&both.vertices);
         let positions = both.on_cpu(&bent_pose(), &options);
-        let found: Vec<Vec3A> = packed[..positions.len()].iter().map(|vertex| unpack_normal(vertex[3])).collect();
+        let found: Vec<Vec3A> =
+            packed[..positions.len()].iter().map(|vertex| unpack_normal(vertex[3]).into()).collect();
         let mut normals = positions.clone();
         vertex_normals(&positions, both.cpu.subdivision().triangles(level), &mut normals);
         let error = largest_distance(&found, &normals);

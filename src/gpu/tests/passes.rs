@@ -16,6 +16,7 @@ use crate::laplacian::{apply_topological, scale_per_area};
 use crate::mesh::test_meshes::noise_vectors;
 use crate::mesh::{Adjacency, Scheme, mixed_voronoi_areas, vertex_normals};
 use crate::network::{Compact, Domain, Layer, Mlp, Scratch, SurfaceFunction};
+use crease_posing::surface_vertex::unpack_normal;
 use glam::Vec3A;
 use std::sync::Arc;
 use wgpu::Buffer;
@@ -245,19 +246,10 @@ fn surface_with_and_without_displacement() {
         let dispatch = SurfaceKernel::new(gpu).dispatch(&frame, buffers, &corners, base.len());
         assert_close(&gpu.run([&dispatch], &vertices), &expected, ROUNDING, "positions");
         let packed: Vec<[u32; 4]> = gpu.read(&vertices);
-        let found: Vec<Vec3A> = packed.iter().map(|vertex| unpack_normal(vertex[3])).collect();
+        let found: Vec<Vec3A> = packed.iter().map(|vertex| unpack_normal(vertex[3]).into()).collect();
         // A step of 16 bits, and what is left of small triangles' precision after subtracting metres.
         assert_close(&found, &normals, 1e-3, "normals");
     }
-}
-
-/// What `unpack_normal` in render/surface_vertex.wgsl does.
-pub(super) fn unpack_normal(packed: u32) -> Vec3A {
-    let number = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
-    let (x, y) = (number(packed), number(packed >> 16));
-    let z = 1.0 - x.abs() - y.abs();
-    let fold = (-z).max(0.0);
-    Vec3A::new(x - fold.copysign(x), y - fold.copysign(y), z).normalize()
 }
 
 #[test]

@@ -23,13 +23,23 @@ pub fn training_device(choice: ComputeDevice) -> anyhow::Result<Device> {
     let device = match choice {
         ComputeDevice::Cpu => Device::flex(),
         #[cfg(feature = "vulkan")]
-        ComputeDevice::Vulkan => Device::vulkan(burn::tensor::DeviceKind::DefaultDevice),
+        ComputeDevice::Vulkan => Device::wgpu(burn::tensor::DeviceKind::DefaultDevice),
         #[cfg(feature = "cuda")]
         ComputeDevice::Cuda => Device::cuda(0),
         #[cfg(not(all(feature = "vulkan", feature = "cuda")))]
         other => bail!("device: expected cpu or a GPU of this build's features, found {other:?}"),
     };
     Ok(device.autodiff())
+}
+
+/// Every device that tests run on: the processor, and the GPU (or the adapter in software) where this build has one.
+#[cfg(test)]
+fn test_devices() -> Vec<(ComputeDevice, Device)> {
+    let mut choices = vec![ComputeDevice::Cpu];
+    if cfg!(feature = "vulkan") {
+        choices.push(ComputeDevice::Vulkan);
+    }
+    choices.into_iter().map(|choice| (choice, training_device(choice).expect("this build has the device"))).collect()
 }
 
 /// The one number of a tensor.

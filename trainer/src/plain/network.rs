@@ -65,8 +65,9 @@ mod tests {
     use super::*;
     use crate::options::ComputeDevice;
     use crate::plain::features::Features;
-    use crate::plain::training_device;
+    use crate::plain::{scalar, test_devices, training_device};
     use crate::sampling::random_points;
+    use burn::optim::{AdamConfig, GradientsParams};
     use crease::body::Pose;
     use crease::network::{Domain, Scratch};
     use crease::pose_feature::PoseMask;
@@ -149,5 +150,66 @@ mod tests {
         let mut different = out.clone();
         other.export(0, encoding, 2.5).evaluate(&domain, &pose, &mut Scratch::default(), &mut different);
         assert!((different[0] - out[0]).length() > 1e-3);
+    }
+
+    /// A small network, what it is given, and what it should say.
+    fn lesson(device: &Device) -> (Network, Tensor<2>, Tensor<2>) {
+        let options = NetworkOptions { layer_count: 3, width: 24, learning_rate: 1e-2, epoch_count: 1 };
+        let flat = |count, seed| -> Vec<f32> {
+            random_points(count, 1.0, seed).iter().flat_map(|point| point.to_array()).collect()
+        };
+        let input = Tensor::from_data(TensorData::new(flat(400, 1), [200, 6]), device);
+        let wanted = Tensor::from_data(TensorData::new(flat(200, 2), [200, 3]), device);
+        (Network::new(6, &options, 3, device), input, wanted)
+    }
+
+    fn energy(network: &Network, input: &Tensor<2>, wanted: &Tensor<2>) -> Tensor<1> {
+        (network.forward(input.clone()) - wanted.clone()).square().mean()
+    }
+
+    #[test]
+    fn the_energy_has_its_gradient_in_every_layer_on_every_device() {
+        for (choice, device) in test_devices() {
+            let (network, input, wanted) = lesson(&device);
+            let gradients = energy(&network, &input, &wanted).backward();
+            for (index, layer) in network.layers.iter().enumerate() {
+                let gradient = numbers(layer.weight.val().grad(&gradients).unwrap());
+                let largest = gradient.iter().fold(0.0, |a: f32, b| a.max(b.abs()));
+                assert!(largest > 1e-4, "{choice:?}: layer {index} learns");
+                let (weights, shape) = (numbers(layer.weight.val()), layer.weight.val().dims());
+                for entry in (0..weights.len()).step_by(weights.len() / 6) {
+                    let step = 4e-3;
+                    let [below, above] = [-step, step].map(|step| {
+                        let (mut moved, mut weights) = (network.clone(), weights.clone());
+                        weights[entry] += step;
+                        moved.layers[index].weight = Param::from_data(TensorData::new(weights, shape), &device);
+                        scalar(energy(&moved, &input, &wanted))
+                    });
+                    let error = gradient[entry] - (above - below) / (2.0 * step);
+                    assert!(error.abs() < 0.05 * largest, "{choice:?}: layer {index}, entry {entry}: {error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn steps_of_adam_teach_the_same_on_every_device() {
+        let learnt = test_devices().into_iter().map(|(choice, device)| {
+            let (mut network, input, wanted) = lesson(&device);
+            let before = scalar(energy(&network, &input, &wanted));
+            let mut optimiser = AdamConfig::new().init();
+            for _ in 0..60 {
+                let gradients = energy(&network, &input, &wanted).backward();
+                network = optimiser.step(1e-2, network.clone(), GradientsParams::from_grads(gradients, &network));
+            }
+            (choice, before, scalar(energy(&network, &input, &wanted)))
+        });
+        let learnt: Vec<_> = learnt.collect();
+        let (_, first_before, first_after) = learnt[0];
+        for (choice, before, after) in learnt {
+            assert!(after < 0.6 * before, "{choice:?}: {before} to {after}");
+            assert!((before / first_before - 1.0).abs() < 1e-4, "{choice:?}: {before} for {first_before}");
+            assert!((after / first_after - 1.0).abs() < 0.02, "{choice:?}: {after} for {first_after}");
+        }
     }
 }

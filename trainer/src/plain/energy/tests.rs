@@ -1,6 +1,5 @@
 use super::*;
-use crate::options::ComputeDevice;
-use crate::plain::{numbers, scalar, training_device};
+use crate::plain::{numbers, scalar, test_devices};
 use crate::sampling::random_points;
 use crate::shapes::{sphere, sphere_points};
 
@@ -19,13 +18,26 @@ fn energy(weights: Weights) -> (Energy, Vec<Vec3A>) {
     (Energy::new(&mesh.triangles, &adjacency, anchors, weights), mesh.positions)
 }
 
+/// The energy and its gradient on the processor, with which every other device has to agree.
 fn value(energy: &Energy, positions: &[Vec3A], scans: &[&Scan]) -> (f32, Vec<f32>) {
-    let device = training_device(ComputeDevice::Cpu).unwrap();
     let flat: Vec<f32> = positions.iter().flat_map(|p| p.to_array()).collect();
-    let posed = Tensor::<2>::from_data(TensorData::new(flat, [positions.len(), 3]), &device).require_grad();
-    let total = energy.evaluate(&posed, positions, scans).unwrap();
-    let gradients = total.backward();
-    (scalar(total), numbers(posed.grad(&gradients).unwrap()))
+    let on = |device: &Device| {
+        let data = TensorData::new(flat.clone(), [positions.len(), 3]);
+        let posed = Tensor::<2>::from_data(data, device).require_grad();
+        let total = energy.evaluate(&posed, positions, scans).unwrap();
+        let gradients = total.backward();
+        (scalar(total), numbers(posed.grad(&gradients).unwrap()))
+    };
+    let mut devices = test_devices().into_iter();
+    let (total, gradient) = on(&devices.next().expect("the processor").1);
+    let largest = gradient.iter().fold(0.0, |a: f32, b| a.max(b.abs()));
+    for (choice, device) in devices {
+        let (other_total, other) = on(&device);
+        assert!((other_total - total).abs() <= 1e-5 * total.abs().max(1e-3), "{choice:?}: {other_total} for {total}");
+        let apart = gradient.iter().zip(&other).fold(0.0, |a: f32, (b, c)| a.max((b - c).abs()));
+        assert!(apart <= 1e-4 * largest, "{choice:?}: {apart} of {largest}");
+    }
+    (total, gradient)
 }
 
 /// Compares the gradient with central differences in which correspondences are found anew.

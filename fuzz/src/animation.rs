@@ -143,16 +143,16 @@ fn function(numbers: &mut Numbers, level: usize, count: usize, size: f32) -> Sur
             tables.basis.extend((0..3 * basis_count).map(|_| (127.0 * numbers.unit()) as i8));
         }
         tables.basis_step.extend(numbers.units(basis_count, size / 127.0));
+        let recalled = numbers.below(centre_count + 1);
+        let nothing = 0.5 * numbers.unit().abs();
         tables.regions.push(Region {
             mask: PoseMask((1 + numbers.below(1 << 16) as u32) << 1 & 0xff_fffe),
             rows: (first, first + rows as u32),
             basis_count: basis_count as u32,
             kernel_length: 0.01 + numbers.unit().abs(),
             coefficient_from_kernel: numbers.units(basis_count * centre_count, 1.0),
-            recalled: {
-                let recalled = numbers.below(centre_count + 1);
-                numbers.units(basis_count * recalled, 1.0)
-            },
+            recalled: numbers.units(basis_count * recalled, 1.0),
+            fade: (basis_count * recalled > 0 && numbers.below(2) == 0).then_some([nothing, nothing + 0.3]),
         });
     }
     SurfaceFunction::Compact(tables)

@@ -188,6 +188,7 @@ fn avatars_unfold_no_further_than_their_files_allow() {
         kernel_length: 1.0,
         coefficient_from_kernel: vec![0.0; 20 * tables.centre_count as usize],
         recalled: Vec::new(),
+        fade: None,
     };
     tables.row_vertices.resize(rows + 3_000_000, 0);
     tables.mean.resize(3 * (rows + 3_000_000), 0.0);

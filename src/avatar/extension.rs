@@ -11,7 +11,7 @@ pub const NAME: &str = "CREASE_avatar";
 /// Readers refuse any other.
 pub const MAJOR_VERSION: u32 = 2;
 /// Readers accept any.
-pub const MINOR_VERSION: u32 = 1;
+pub const MINOR_VERSION: u32 = 2;
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -134,6 +134,8 @@ pub struct RegionFacts {
     pub basis_count: u32,
     pub kernel_length: f32,
     pub recalled_count: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fade: Option<[f32; 2]>,
 }
 
 #[derive(Serialize)]
@@ -288,6 +290,7 @@ impl FromJson for RegionFacts {
             basis_count: json.get("basisCount")?,
             kernel_length: json.get("kernelLength")?,
             recalled_count: json.get_or_default("recalledCount")?,
+            fade: json.get("fade")?,
         })
     }
 }

@@ -303,6 +303,7 @@ impl Reader<'_> {
                 kernel_length: facts.kernel_length,
                 coefficient_from_kernel: share(&mut coefficients, centre_count)?,
                 recalled: share(&mut recalled, facts.recalled_count as usize)?,
+                fade: facts.fade,
             });
         }
         Ok(regions)

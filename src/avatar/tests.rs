@@ -95,6 +95,29 @@ fn provenance_and_pose_directions_survive() {
 }
 
 #[test]
+fn fading_survives_and_needs_what_is_recalled() {
+    let mut avatar = compact_avatar();
+    let SurfaceFunction::Compact(tables) = &mut avatar.laplacian else { panic!("compact") };
+    let recalling = tables.regions.iter().position(|region| region.recalled_count() > 0).unwrap();
+    tables.regions[recalling].fade = Some([0.02, 0.3]);
+    let read = Avatar::read(&avatar.write(), "test.glb").unwrap();
+    let SurfaceFunction::Compact(tables) = &read.laplacian else { panic!("compact") };
+    for (index, region) in tables.regions.iter().enumerate() {
+        assert_eq!(region.fade, (index == recalling).then_some([0.02, 0.3]));
+    }
+    let field = format!("laplacian.regions[{recalling}].fade");
+    for wrong in [[0.3, 0.3], [-0.1, 0.3], [0.3, 1.5]] {
+        let error = error_of(&avatar.write(), |json| {
+            json["extensions"]["CREASE_avatar"]["laplacian"]["regions"][recalling]["fade"] = json!(wrong);
+        });
+        assert_eq!(error.field, field);
+    }
+    let SurfaceFunction::Compact(tables) = &mut avatar.laplacian else { panic!("compact") };
+    tables.regions[recalling].recalled.clear();
+    assert_eq!(Avatar::read(&avatar.write(), "test.glb").unwrap_err().field, field);
+}
+
+#[test]
 fn an_unknown_major_version_is_named_and_a_minor_one_is_read() {
     let file = compact_avatar().write();
     let error = error_of(&file, |json| {

@@ -270,7 +270,11 @@ impl Check<'_> {
         let recalled = region.recalled_count();
         self.require(recalled <= centres, &field, format!("at most {centres} poses"), recalled)?;
         self.count(&field, region.basis_count as usize * recalled, region.recalled.len())?;
-        self.finite(&field, &region.recalled)
+        self.finite(&field, &region.recalled)?;
+        let Some([nothing, full]) = region.fade else { return Ok(()) };
+        let ascending = 0.0 <= nothing && nothing < full && full <= 1.0 && recalled > 0;
+        let expected = "two ascending numbers from 0 to 1 in a region that recalls";
+        self.require(ascending, &place("fade"), expected, format!("[{nothing}, {full}], {recalled} recalled"))
     }
 
     fn solver(&self, finest_count: usize) -> Checked {

@@ -333,6 +333,7 @@ fn function(function: &SurfaceFunction, joint_count: usize, buffer: &mut BufferW
                 basis_count: region.basis_count,
                 kernel_length: region.kernel_length,
                 recalled_count: region.recalled_count() as u32,
+                fade: region.fade,
             });
             let recalled: Vec<f32> =
                 compact.regions.iter().flat_map(|region| region.recalled.iter().copied()).collect();

@@ -21,6 +21,7 @@ struct Region {
     centre_count: u32,
     recalled_count: u32,
     joint_count: u32,
+    fade: [f32; 2],
 }
 
 /// Host twin of `Row` in compact.wgsl.
@@ -109,6 +110,7 @@ impl Packed {
                 centre_count: function.centre_count,
                 recalled_count: region.recalled_count() as u32,
                 joint_count: joint_count as u32,
+                fade: region.fade.unwrap_or_default(),
             });
             for (matrix, width) in
                 [(&region.coefficient_from_kernel, centre_count), (&region.recalled, region.recalled_count())]

@@ -11,6 +11,9 @@ struct Region {
     // The first ones, which poses far from training recall.
     recalled_count: u32,
     joint_count: u32,
+    // Greatest kernel up to which nothing counts that was learnt, and from which on it counts in full; 0 and 0 where it always counts.
+    fade_nothing: f32,
+    fade_full: f32,
 }
 
 @group(0) @binding(1) var<storage, read> regions: array<Region>;
@@ -38,7 +41,7 @@ fn matern_kernel(region: Region, centre: u32) -> f32 {
 }
 
 // Poses whose sum of squares is no more than this recall little.
-const LEAST_RECALL = 1e-20;
+const LEAST_RECALL = 1e-30;
 
 // A workgroup for each region.
 @compute @workgroup_size(64)
@@ -72,8 +75,14 @@ fn coefficients(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
             workgroupBarrier();
         }
         if k < region.basis_count {
-            let share = frame.liveliness * (1.0 - largest) * (1.0 - largest);
-            new_factors[region.first_factor + k] = sum + share * recalled / (squares + LEAST_RECALL);
+            var learnt = 1.0;
+            var share = (1.0 - largest) * (1.0 - largest);
+            if region.fade_full > 0.0 {
+                learnt = smoothstep(region.fade_nothing, region.fade_full, largest);
+                share = 1.0 - learnt;
+            }
+            new_factors[region.first_factor + k] =
+                learnt * sum + frame.liveliness * share * recalled / (squares + LEAST_RECALL);
         }
     }
 }

@@ -59,6 +59,8 @@ fn few_anchors_let_the_absolute_form_drift() {
     let (relative, absolute) = rows.split_at(6);
     assert!(absolute[0].value.contains("100, absolute"), "{rows:?}");
     assert!(distance(&absolute[0]) > 1.02 * distance(&absolute[5]), "{rows:?}");
+    // With many anchors the absolute form, whose mean is in f_l alone, comes as close.
+    assert!(distance(&absolute[5]) < 1.1 * distance(&relative[5]), "{rows:?}");
     let apart = |rows: &[PaperRow]| distance(&rows[0]) - distance(&rows[5]);
     assert!(apart(relative).abs() < 0.5 * apart(absolute), "{rows:?}");
 }

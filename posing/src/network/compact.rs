@@ -6,7 +6,9 @@
 //!
 //! Far from all training poses κ falls to zero and the mean remains: nearest to the truth in the mean, and as smooth as no cloth is. A
 //! region that recalls gives such poses, as far as liveliness asks for it, the coefficients of the training poses nearest to them:
-//! c = M κ + liveliness (1 − max κ)² C w, where C holds the coefficients at the training poses and w_i = κ_i² / (Σ κ² + ε).
+//! c = n M κ + liveliness f C w, where C holds the coefficients at the training poses and w_i = κ_i² / (Σ κ² + ε). What was learnt fades
+//! where no training pose is near: n rises from 0 to 1 as max κ passes through the region's `fade`, and f = 1 − n. A region that does not
+//! fade has n = 1 and f = (1 − max κ)².
 
 use super::Scratch;
 use crate::pose_feature::PoseMask;
@@ -30,6 +32,9 @@ pub struct Region {
     pub coefficient_from_kernel: Vec<f32>,
     /// (K, recalled centres) row-major, C: c at the first centres, which poses far from training recall; empty where they recall nothing.
     pub recalled: Vec<f32>,
+    /// Greatest κ among the recalled centres up to which nothing counts that was learnt, and from which on it counts in full; none
+    /// where it always counts.
+    pub fade: Option<[f32; 2]>,
 }
 
 /// Trunk tables and branches.
@@ -69,12 +74,15 @@ impl Compact {
         let mut steps = self.basis_step.as_slice();
         for region in &self.regions {
             let region_steps = steps.split_off(..region.basis_count as usize).unwrap_or_default();
+            let mut learnt = 1.0;
             if !region_steps.is_empty() {
                 region.kernel(&self.centres, pose_numbers, kernel);
-                region.recall_weights(kernel, liveliness, recall);
+                let shares = region.shares(kernel);
+                learnt = shares.learnt;
+                region.recall_weights(kernel, liveliness * shares.recalled, recall);
             }
             for (k, &step) in region_steps.iter().enumerate() {
-                let coefficient = region.coefficient(k, kernel) + weighted(&region.recalled, k, recall);
+                let coefficient = learnt * region.coefficient(k, kernel) + weighted(&region.recalled, k, recall);
                 factors.extend([step * coefficient; 3]);
             }
         }
@@ -104,12 +112,13 @@ impl Compact {
 }
 
 impl Compact {
-    /// c of each region at a pose, given as [`six_numbers`]; the training poses are the rows of `centres`.
+    /// c of each region, without any liveliness, at a pose that is given as [`six_numbers`]; the training poses are the rows of `centres`.
     pub fn coefficients(&self, pose_numbers: &[f32]) -> Vec<Vec<f32>> {
         let mut kernel = vec![0.0; self.centre_count as usize];
         let of_region = |region: &Region| {
             region.kernel(&self.centres, pose_numbers, &mut kernel);
-            (0..region.basis_count as usize).map(|k| region.coefficient(k, &kernel)).collect()
+            let learnt = region.shares(&kernel).learnt;
+            (0..region.basis_count as usize).map(|k| learnt * region.coefficient(k, &kernel)).collect()
         };
         self.regions.iter().map(of_region).collect()
     }
@@ -147,20 +156,39 @@ impl Region {
         self.recalled.len() / (self.basis_count as usize).max(1)
     }
 
-    /// liveliness (1 − max κ)² w; nothing where there is nothing to recall.
-    fn recall_weights(&self, kernel: &[f32], liveliness: f32, weights: &mut Vec<f32>) {
-        let recalled = if liveliness == 0.0 { 0 } else { self.recalled_count() };
+    /// How much of what was learnt counts, n, and how much a lively pose recalls, f.
+    fn shares(&self, kernel: &[f32]) -> Shares {
+        let recalled = &kernel[..self.recalled_count()];
+        let largest = recalled.iter().fold(0.0f32, |largest, &value| largest.max(value));
+        match self.fade {
+            None => Shares { learnt: 1.0, recalled: (1.0 - largest).powi(2) },
+            Some([nothing, full]) => {
+                let t = ((largest - nothing) / (full - nothing)).clamp(0.0, 1.0);
+                let learnt = t * t * (3.0 - 2.0 * t);
+                Shares { learnt, recalled: 1.0 - learnt }
+            }
+        }
+    }
+
+    /// `share` · w; nothing where there is nothing to recall.
+    fn recall_weights(&self, kernel: &[f32], share: f32, weights: &mut Vec<f32>) {
+        let recalled = if share == 0.0 { 0 } else { self.recalled_count() };
         let kernel = &kernel[..recalled];
-        let largest = kernel.iter().fold(0.0f32, |largest, &value| largest.max(value));
         let sum: f32 = kernel.iter().map(|&value| value * value).sum();
-        let scale = liveliness * (1.0 - largest).powi(2) / (sum + LEAST_RECALL);
+        let scale = share / (sum + LEAST_RECALL);
         weights.clear();
         weights.extend(kernel.iter().map(|&value| scale * value * value));
     }
 }
 
+/// See [`Region::shares`].
+struct Shares {
+    learnt: f32,
+    recalled: f32,
+}
+
 /// ε: poses whose Σ κ² is no more than this recall little, so that nothing is divided by nothing.
-const LEAST_RECALL: f32 = 1e-20;
+const LEAST_RECALL: f32 = 1e-30;
 
 /// Σ_i of row `k` of a matrix times `weights`, which are as long as its rows.
 fn weighted(matrix: &[f32], k: usize, weights: &[f32]) -> f32 {
@@ -206,6 +234,7 @@ mod tests {
             kernel_length: 0.8,
             coefficient_from_kernel: (0..2 * basis_count).map(|i| scale * (i as f32 - 4.0)).collect(),
             recalled: Vec::new(),
+            fade: None,
         };
         let centre =
             |angle: f32| [0.0, angle, -angle].into_iter().flat_map(|a| six_numbers_from_quat(Quat::from_rotation_x(a)));
@@ -317,6 +346,44 @@ mod tests {
         let departure = |liveliness: f32| apart(&evaluate(&far, &turned(2.0), liveliness), &learnt);
         let (calm, half, lively) = (departure(0.0), departure(0.5), departure(1.0));
         assert!(lively < 0.05 * calm && (half / calm - 0.5).abs() < 0.05, "{calm} {half} {lively}");
+    }
+
+    #[test]
+    fn what_was_learnt_fades_between_its_bounds_and_is_recalled_instead() {
+        let turned = |angle: f32| Pose {
+            rotations: [0.0, angle, -angle].map(Quat::from_rotation_x).to_vec(),
+            translation: Vec3::ZERO,
+        };
+        let evaluate = |compact: &Compact, pose: &Pose, liveliness: f32| {
+            let mut out = vec![Vec3A::NAN; 4];
+            compact.evaluate_lively(pose, liveliness, &mut Scratch::default(), &mut out);
+            out
+        };
+        let apart = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        let whole = recalling(0.8);
+        let mut fading = whole.clone();
+        fading.regions.iter_mut().for_each(|region| region.fade = Some([0.2, 0.6]));
+        let mut means = whole.clone();
+        means.basis.fill(0);
+        let near = turned(1.05);
+        assert_eq!(
+            evaluate(&fading, &near, 1.0),
+            evaluate(&whole, &near, 0.0),
+            "all of it counts, nothing is recalled"
+        );
+        let far = turned(2.8);
+        assert!(apart(&evaluate(&whole, &far, 0.0), &evaluate(&means, &far, 0.0)) > 1e-3, "the kernel's far end");
+        assert_eq!(evaluate(&fading, &far, 0.0), evaluate(&means, &far, 0.0), "nothing of it counts");
+        let coefficients = fading.coefficients(&six_numbers(&far).collect::<Vec<_>>());
+        assert!(coefficients.iter().flatten().all(|&c| c == 0.0), "{coefficients:?}");
+        let learnt = evaluate(&whole, &turned(1.0), 0.0);
+        let (calm, lively) =
+            (apart(&evaluate(&fading, &far, 0.0), &learnt), apart(&evaluate(&fading, &far, 1.0), &learnt));
+        assert!(lively < 0.2 * calm, "{lively} of {calm}");
+        // Between the bounds it is between the two, and no step is seen.
+        let steps: Vec<_> = (0..200).map(|i| evaluate(&fading, &turned(1.0 + 0.01 * i as f32), 0.0)).collect();
+        let greatest = steps.windows(2).map(|pair| apart(&pair[0], &pair[1])).fold(0.0, f32::max);
+        assert!(greatest < 0.05 * apart(&steps[0], &steps[199]), "{greatest}");
     }
 
     #[test]

@@ -76,6 +76,8 @@ fn compact_with_many_centres_and_overlapping_regions() {
         region.coefficient_from_kernel = numbers.iter().map(|v| v.x).collect();
         let recalled = if seed % 2 == 0 { 100 * basis_count } else { 0 };
         region.recalled = numbers.iter().map(|v| 30.0 * v.y).take(recalled).collect();
+        // Any distance is between these bounds.
+        region.fade = (seed % 4 == 0).then_some([0.0, 1.0]);
     }
     let steps = tables.regions.len() * basis_count;
     tables.basis_step = (0..steps).map(|k| 0.01 * (1 + k % 3) as f32).collect();

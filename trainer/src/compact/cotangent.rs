@@ -1,7 +1,7 @@
 //! The cotangent operator of each frame's own base in place of the uniform-angle one: what the matrix that no pose changes is compared
 //! with. The same fits, tables and regression; the matrix is factored anew in every frame.
 
-use super::laplacian::{canonical_delta, measure_each, regress_on_tables};
+use super::laplacian::{branch, canonical_delta, measure_each, regress_on_tables};
 use super::surface_fit::refine_to_finest;
 use super::views::View;
 use crate::context::{Sample, TrainContext};
@@ -33,7 +33,7 @@ impl CompactCotangent {
 
     /// The function of what [`Self::measure`] gives.
     pub fn regress(&self, context: &TrainContext, targets: &[Vec<Vec3A>]) -> anyhow::Result<Compact> {
-        regress_on_tables(context, targets, &context.options.compact.laplacian)
+        regress_on_tables(context, targets, &branch(&context.options))
     }
 
     /// What no frame changes of the reconstruction.

@@ -9,6 +9,7 @@ use super::surface_fit::{FitOptions, coverage, fit_surface, refine_to_finest, re
 use super::two_scales::{BranchOptions, regress_surface};
 use super::views::{View, fuse, resolvable, seen};
 use crate::context::{LaplacianTrainer, Sample, TrainContext};
+use crate::options::TrainOptions;
 use crate::targets::{base_surface, offsets, operator_laplacian};
 use crease::animate::PosedSurface;
 use crease::avatar::Form;
@@ -61,7 +62,15 @@ impl CompactLaplacian {
 
     /// f_l from the δ that [`Self::fit`] gives.
     pub fn regress(&self, context: &TrainContext, targets: &[Vec<Vec3A>]) -> anyhow::Result<Compact> {
-        regress_on_tables(context, targets, &context.options.compact.laplacian)
+        regress_on_tables(context, targets, &branch(&context.options))
+    }
+}
+
+/// The branch of f_l. In the absolute form what all poses share is nowhere but in f_l, so it keeps the mean whole.
+pub(super) fn branch(options: &TrainOptions) -> BranchOptions {
+    match options.form {
+        Form::Relative => options.compact.laplacian,
+        Form::Absolute => BranchOptions { shrinkage: 1.0, keeps_rough_mean: true, ..options.compact.laplacian },
     }
 }
 

@@ -80,16 +80,19 @@ impl Default for CompactOptions {
                 mirrored: true,
                 keeps_rough_mean: true,
                 wide: regression(8, 2.0, 1.0, 1.0 / 8192.0),
-                narrow: regression(120, 0.4, 0.01, 1.0 / 8192.0),
+                narrow: regression(120, 0.6, 0.01, 1.0 / 8192.0),
+                fade: [0.30, 0.41],
             },
             laplacian: BranchOptions {
                 blend_steps: 2,
                 smoothness: 30.0,
-                shrinkage: 1.0,
+                // Far from training nothing is said: what all poses share is in the base, and any more makes strange poses worse.
+                shrinkage: 0.0,
                 mirrored: false,
                 keeps_rough_mean: false,
                 wide: regression(0, 2.0, 1.0, 2.0),
                 narrow: regression(64, 0.25, 0.01, 2.0),
+                fade: [0.02, 0.05],
             },
             laplacian_level: 1,
             clamp: 600.0,
@@ -108,6 +111,7 @@ impl CompactOptions {
             keeps_rough_mean: false,
             wide: RegressionOptions { basis_count: 32, kernel_length: 1.0, ridge: 1e-3, step },
             narrow: RegressionOptions { basis_count: 0, kernel_length: 1.0, ridge: 1e-3, step },
+            fade: [0.0; 2],
         };
         Self { deformation: branch(3e-5), laplacian: branch(0.1), ..Self::default() }
     }

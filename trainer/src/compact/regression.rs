@@ -75,6 +75,7 @@ pub fn regress(
             kernel_length: trained.kernel_length,
             coefficient_from_kernel: trained.coefficient_from_kernel,
             recalled: Vec::new(),
+            fade: None,
         });
     }
     compact

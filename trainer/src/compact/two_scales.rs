@@ -38,6 +38,10 @@ pub struct BranchOptions {
     pub wide: RegressionOptions,
     /// Regression of what the wide one leaves; none where K is 0.
     pub narrow: RegressionOptions,
+    /// What the narrow one learnt fades out where its greatest kernel falls from the second of these to the first; 0 and 0 let it count
+    /// everywhere.
+    #[serde(default)]
+    pub fade: [f32; 2],
 }
 
 /// Learns a compact surface function of `level` from one field of values on its vertices for each pose, canonical frame.
@@ -97,12 +101,14 @@ fn regress_on_two_scales(
     if !options.keeps_rough_mean {
         merged.retain(|region| region.mask != PoseMask::default());
     }
-    joined(wide, regress(level, &merged, poses, &left, Prior::Zero, &options.narrow))
+    let narrow = regress(level, &merged, poses, &left, Prior::Zero, &options.narrow);
+    let fade = (options.fade[1] > 0.0).then_some(options.fade);
+    joined(wide, narrow, fade)
 }
 
 /// The sum of two functions of the same level. The first one's centres begin with the second one's; to the rest the second is deaf.
-/// The second one's regions recall.
-fn joined(mut first: Compact, second: Compact) -> Compact {
+/// The second one's regions recall, and fade where that is wanted.
+fn joined(mut first: Compact, second: Compact, fade: Option<[f32; 2]>) -> Compact {
     let row_count = first.row_vertices.len() as u32;
     let (own, all) = (second.centre_count as usize, first.centre_count as usize);
     let first_recalling = first.regions.len();
@@ -118,6 +124,9 @@ fn joined(mut first: Compact, second: Compact) -> Compact {
     first.basis.extend(second.basis);
     first.basis_step.extend(second.basis_step);
     recall(&mut first, first_recalling, own);
+    for region in &mut first.regions[first_recalling..] {
+        region.fade = fade.filter(|_| region.recalled_count() > 0);
+    }
     first
 }
 
@@ -185,6 +194,7 @@ mod tests {
             keeps_rough_mean: true,
             wide: RegressionOptions { basis_count: 3, kernel_length: 2.0, ridge: 0.1, step: 1e-3 },
             narrow: RegressionOptions { basis_count: narrow, kernel_length: 0.5, ridge: 1e-3, step: 1e-3 },
+            fade: [0.0; 2],
         };
         let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, None, &options);
         (mesh.positions, compact)
@@ -221,6 +231,26 @@ mod tests {
         assert!(shared < 0.02, "what all poses share stays: {shared}");
         let noise = rms(far.iter().map(|value| value.z));
         assert!(noise < 0.15, "the noise is gone: {noise}");
+    }
+
+    #[test]
+    fn what_the_narrow_part_learnt_fades_where_no_training_pose_is_near() {
+        let mesh = sphere(1.0, 3);
+        let adjacency = Adjacency::new(mesh.positions.len(), &mesh.triangles);
+        let vertices = (0..mesh.positions.len() as u32).map(|vertex| (vertex, 1.0)).collect();
+        let regions = [WeightedRegion { mask: PoseMask(0b10), vertices }];
+        let poses: Vec<Pose> = (0..12).map(|t| pose(0.1 * t as f32)).collect();
+        let targets: Vec<Vec<Vec3A>> = poses.iter().map(|_| target(&mesh.positions, 0.5)).collect();
+        let at = |bend: f32, fade: [f32; 2]| {
+            let options = BranchOptions { shrinkage: 0.0, fade, ..options(8) };
+            let compact = regress_on_two_scales(0, &regions, &adjacency, &poses, &targets, None, &options);
+            rms(evaluate(&compact, mesh.positions.len(), bend).iter().map(|value| value.length()))
+        };
+        let fade = [0.2, 0.5];
+        assert_eq!(at(0.55, fade), at(0.55, [0.0; 2]), "between training poses all of it counts");
+        let beyond = at(1.6, [0.0; 2]);
+        assert!(beyond > 0.01, "the kernel's far end says {beyond}");
+        assert_eq!(at(1.6, fade), 0.0);
     }
 
     #[test]
@@ -278,6 +308,7 @@ mod tests {
             keeps_rough_mean: true,
             wide: RegressionOptions { basis_count: 6, kernel_length: 2.0, ridge: 1e-2, step: 1e-4 },
             narrow: RegressionOptions { basis_count: narrow, kernel_length: 0.4, ridge: 1e-3, step: 1e-4 },
+            fade: [0.0; 2],
         }
     }
 

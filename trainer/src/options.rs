@@ -34,7 +34,7 @@ pub enum FunctionForm {
 pub enum ComputeDevice {
     /// The processor; the same seed gives the same numbers.
     Cpu,
-    /// The first Vulkan GPU.
+    /// The first GPU that Vulkan offers, or Metal or DirectX 12 where there is no Vulkan.
     Vulkan,
     /// The first CUDA GPU.
     Cuda,

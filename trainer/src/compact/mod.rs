@@ -81,7 +81,7 @@ impl Default for CompactOptions {
                 keeps_rough_mean: true,
                 wide: regression(8, 2.0, 1.0, 1.0 / 8192.0),
                 narrow: regression(120, 0.6, 0.01, 1.0 / 8192.0),
-                fade: [0.30, 0.41],
+                fade: [0.25, 0.41],
             },
             laplacian: BranchOptions {
                 blend_steps: 2,
@@ -92,7 +92,7 @@ impl Default for CompactOptions {
                 keeps_rough_mean: false,
                 wide: regression(0, 2.0, 1.0, 2.0),
                 narrow: regression(64, 0.25, 0.01, 2.0),
-                fade: [0.02, 0.05],
+                fade: [0.06, 0.15],
             },
             laplacian_level: 1,
             clamp: 600.0,

@@ -40,7 +40,9 @@ fn matern_kernel(region: Region, centre: u32) -> f32 {
     return (1.0 + ratio) * exp(-ratio);
 }
 
-// Poses whose sum of squares is no more than this recall little.
+// Power of the kernel in the weights over the kernel's length, where what was learnt fades.
+const RECALL_POWER = 4.6;
+// Poses whose sum of weights is no more than this recall little.
 const LEAST_RECALL = 1e-30;
 
 // A workgroup for each region.
@@ -52,7 +54,8 @@ fn coefficients(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
         let k = first_k + lane;
         var sum = 0.0;
         var recalled = 0.0;
-        var squares = 0.0;
+        var weights = 0.0;
+        let power = select(2.0, RECALL_POWER * region.kernel_length, region.fade_full > 0.0);
         var largest = 0.0;
         for (var first = 0u; first < region.centre_count; first += 64u) {
             let count = min(64u, region.centre_count - first);
@@ -66,10 +69,10 @@ fn coefficients(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
                     sum += coefficient_from_kernel[row + i] * kernel[i];
                 }
                 for (var i = 0u; i < count && first + i < region.recalled_count; i++) {
-                    let square = kernel[i] * kernel[i];
-                    squares += square;
+                    let weight = pow(kernel[i], power);
+                    weights += weight;
                     largest = max(largest, kernel[i]);
-                    recalled += coefficient_from_kernel[first_recalled + k * region.recalled_count + first + i] * square;
+                    recalled += coefficient_from_kernel[first_recalled + k * region.recalled_count + first + i] * weight;
                 }
             }
             workgroupBarrier();
@@ -82,7 +85,7 @@ fn coefficients(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
                 share = 1.0 - learnt;
             }
             new_factors[region.first_factor + k] =
-                learnt * sum + frame.liveliness * share * recalled / (squares + LEAST_RECALL);
+                learnt * sum + frame.liveliness * share * recalled / (weights + LEAST_RECALL);
         }
     }
 }

@@ -7,8 +7,9 @@
 //! Far from all training poses κ falls to zero and the mean remains: nearest to the truth in the mean, and as smooth as no cloth is. A
 //! region that recalls gives such poses, as far as liveliness asks for it, the coefficients of the training poses nearest to them:
 //! c = n M κ + liveliness f C w, where C holds the coefficients at the training poses and w_i = κ_i² / (Σ κ² + ε). What was learnt fades
-//! where no training pose is near: n rises from 0 to 1 as max κ passes through the region's `fade`, and f = 1 − n. A region that does not
-//! fade has n = 1 and f = (1 − max κ)².
+//! where no training pose is near: n rises from 0 to 1 as max κ passes through the region's `fade`, and f = 1 − n. Such a region
+//! takes κ to the power 4.6 ℓ in place of 2, so that w falls with the distance alike however long its kernel is: the mean of many poses
+//! would be smooth again. A region that does not fade has n = 1 and f = (1 − max κ)².
 
 use super::Scratch;
 use crate::pose_feature::PoseMask;
@@ -174,10 +175,11 @@ impl Region {
     fn recall_weights(&self, kernel: &[f32], share: f32, weights: &mut Vec<f32>) {
         let recalled = if share == 0.0 { 0 } else { self.recalled_count() };
         let kernel = &kernel[..recalled];
-        let sum: f32 = kernel.iter().map(|&value| value * value).sum();
-        let scale = share / (sum + LEAST_RECALL);
+        let power = if self.fade.is_some() { RECALL_POWER * self.kernel_length } else { 2.0 };
         weights.clear();
-        weights.extend(kernel.iter().map(|&value| scale * value * value));
+        weights.extend(kernel.iter().map(|&value| value.powf(power)));
+        let scale = share / (weights.iter().sum::<f32>() + LEAST_RECALL);
+        weights.iter_mut().for_each(|weight| *weight *= scale);
     }
 }
 
@@ -187,7 +189,10 @@ struct Shares {
     recalled: f32,
 }
 
-/// ε: poses whose Σ κ² is no more than this recall little, so that nothing is divided by nothing.
+/// Power of κ in w over the kernel's length: far away w falls by e with every eighth of the distance's unit.
+const RECALL_POWER: f32 = 4.6;
+
+/// ε: poses whose sum of powers is no more than this recall little, so that nothing is divided by nothing.
 const LEAST_RECALL: f32 = 1e-30;
 
 /// Σ_i of row `k` of a matrix times `weights`, which are as long as its rows.

@@ -330,18 +330,24 @@ mod tests {
         compact
     }
 
+    /// A pose of the kind that the example's centres are.
+    fn turned(angle: f32) -> Pose {
+        Pose { rotations: [0.0, angle, -angle].map(Quat::from_rotation_x).to_vec(), translation: Vec3::ZERO }
+    }
+
+    fn evaluate(compact: &Compact, pose: &Pose, liveliness: f32) -> Vec<Vec3A> {
+        let mut out = vec![Vec3A::NAN; 4];
+        compact.evaluate_lively(pose, liveliness, &mut Scratch::default(), &mut out);
+        out
+    }
+
+    /// The greatest distance between two fields.
+    fn apart(a: &[Vec3A], b: &[Vec3A]) -> f32 {
+        a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+    }
+
     #[test]
     fn a_lively_function_recalls_the_nearest_training_pose() {
-        let turned = |angle: f32| Pose {
-            rotations: [0.0, angle, -angle].map(Quat::from_rotation_x).to_vec(),
-            translation: Vec3::ZERO,
-        };
-        let evaluate = |compact: &Compact, pose: &Pose, liveliness: f32| {
-            let mut out = vec![Vec3A::NAN; 4];
-            compact.evaluate_lively(pose, liveliness, &mut Scratch::default(), &mut out);
-            out
-        };
-        let apart = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         let compact = recalling(0.8);
         let again = apart(&evaluate(&compact, &turned(1.0), 1.0), &evaluate(&compact, &turned(1.0), 0.0));
         assert!(again < 1e-4, "a training pose is as it was learnt: {again}");
@@ -355,16 +361,6 @@ mod tests {
 
     #[test]
     fn what_was_learnt_fades_between_its_bounds_and_is_recalled_instead() {
-        let turned = |angle: f32| Pose {
-            rotations: [0.0, angle, -angle].map(Quat::from_rotation_x).to_vec(),
-            translation: Vec3::ZERO,
-        };
-        let evaluate = |compact: &Compact, pose: &Pose, liveliness: f32| {
-            let mut out = vec![Vec3A::NAN; 4];
-            compact.evaluate_lively(pose, liveliness, &mut Scratch::default(), &mut out);
-            out
-        };
-        let apart = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         let whole = recalling(0.8);
         let mut fading = whole.clone();
         fading.regions.iter_mut().for_each(|region| region.fade = Some([0.2, 0.6]));

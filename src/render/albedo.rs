@@ -65,7 +65,8 @@ impl Albedo {
             mag_filter: FilterMode::Linear,
             min_filter: FilterMode::Linear,
             mipmap_filter: MipmapFilterMode::Linear,
-            anisotropy_clamp: ANISOTROPY,
+            // One texel looks the same from everywhere, and drivers in software divide by how fast coordinates change.
+            anisotropy_clamp: if texture.mip_level_count() == 1 { 1 } else { ANISOTROPY },
             ..Default::default()
         });
         Self { view: texture.create_view(&TextureViewDescriptor::default()), sampler }

@@ -90,12 +90,19 @@ export class WebGl2Painter {
     gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+  }
+
+  /**
+   * Lets the albedo be seen at a slant. A figure without a texture has none of it: its coordinates are all the same, and across no distance at
+   * all Mesa's filter in software answers with NaN.
+   */
+  #filterAlbedoAtASlant(): void {
+    const gl = this.#gl;
     const anisotropic = gl.getExtension("EXT_texture_filter_anisotropic");
-    if (anisotropic) {
-      const most = gl.getParameter(anisotropic.MAX_TEXTURE_MAX_ANISOTROPY_EXT) as number;
-      const wanted = Math.min(this.#layout.anisotropy, most);
-      gl.texParameterf(gl.TEXTURE_2D, anisotropic.TEXTURE_MAX_ANISOTROPY_EXT, wanted);
-    }
+    if (!anisotropic) return;
+    const most = gl.getParameter(anisotropic.MAX_TEXTURE_MAX_ANISOTROPY_EXT) as number;
+    const wanted = Math.min(this.#layout.anisotropy, most);
+    gl.texParameterf(gl.TEXTURE_2D, anisotropic.TEXTURE_MAX_ANISOTROPY_EXT, wanted);
   }
 
   /** Takes what never changes about the viewer's figure, its detail included. */
@@ -114,6 +121,7 @@ export class WebGl2Painter {
       gl.texStorage2D(target, levels, gl.SRGB8_ALPHA8, bitmap.width, bitmap.height);
       gl.texSubImage2D(target, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
     });
+    this.#filterAlbedoAtASlant();
   }
 
   /** Size of the picture in pixels of the device. */

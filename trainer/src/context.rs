@@ -186,10 +186,35 @@ pub fn spread_anchors(positions: &[Vec3A], triangles: &[Triangle], count: usize)
     sample_elimination(positions, areas.iter().sum(), count)
 }
 
+/// What training of f_d leaves.
+pub struct TrainedDeformation {
+    /// f_d on level 0: metres, canonical frame.
+    pub function: SurfaceFunction,
+    /// The poses of [`TrainContext::samples`] that it goes with, where training moved them.
+    pub poses: Option<Vec<Pose>>,
+}
+
+impl TrainedDeformation {
+    /// Gives `context` the poses that f_d goes with, and f_d.
+    pub fn adopt(self, context: &mut TrainContext) -> SurfaceFunction {
+        for (&sample, pose) in context.samples.iter().zip(self.poses.into_iter().flatten()) {
+            context.sequences[sample.sequence].poses[sample.frame] = pose;
+        }
+        self.function
+    }
+}
+
+impl From<SurfaceFunction> for TrainedDeformation {
+    /// For poses as they are.
+    fn from(function: SurfaceFunction) -> Self {
+        Self { function, poses: None }
+    }
+}
+
 /// Trains f_d.
 pub trait DeformationTrainer {
-    /// f_d on level 0: metres, canonical frame.
-    fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction>;
+    /// f_d, and the poses where the options ask for them to be refined on the way.
+    fn train(&self, context: &TrainContext) -> anyhow::Result<TrainedDeformation>;
 }
 
 /// Trains f_l for a given f_d.

@@ -73,7 +73,7 @@ pub struct TrainOptions {
     /// c of μ = exp(−c z) for points that a depth camera sees z metres away, 1/m (paper, below Eq. pose_dependent_offsets); 0 weighs all alike.
     #[serde(default = "nearness")]
     pub nearness: f32,
-    /// Refinement of the poses before training.
+    /// Refinement of the poses.
     #[serde(default)]
     pub refinement: RefinementOptions,
     /// Training of f_d as a multilayer perceptron.

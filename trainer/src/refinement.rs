@@ -14,7 +14,7 @@ use glam::Vec3A;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Whether and how poses are refined before training.
+/// Whether and how poses are refined, before training and in it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RefinementOptions {
@@ -24,11 +24,22 @@ pub struct RefinementOptions {
     pub rotation_weight: f64,
     /// Weight of a metre of the translation, squared.
     pub translation_weight: f64,
+    /// Adam's learning rate of the poses, radians and metres a step, where f_d descends on E_d (plain functions, quadratic targets): θ_t and t_t
+    /// of the training frames are learnt with it. 0 leaves them.
+    #[serde(default)]
+    pub learning_rate: f64,
+}
+
+impl RefinementOptions {
+    /// Whether poses are others after training.
+    pub fn is_on(&self) -> bool {
+        self.round_count > 0 || self.learning_rate > 0.0
+    }
 }
 
 impl Default for RefinementOptions {
     fn default() -> Self {
-        Self { round_count: 0, rotation_weight: 1.5e-5, translation_weight: 1e-3 }
+        Self { round_count: 0, rotation_weight: 1.5e-5, translation_weight: 1e-3, learning_rate: 0.0 }
     }
 }
 

@@ -24,11 +24,12 @@ pub struct Facts {
     pub notices: Vec<String>,
 }
 
-/// Trains an avatar.
-pub fn train(context: &TrainContext, facts: &Facts) -> anyhow::Result<Avatar> {
+/// Trains an avatar. Where the options ask for poses to be refined with f_d, the context's are the refined ones afterwards.
+pub fn train(context: &mut TrainContext, facts: &Facts) -> anyhow::Result<Avatar> {
     let (deformation_trainer, laplacian_trainer) = strategies(context)?;
-    let log = &context.log;
-    let deformation = log.timed("f_d", || deformation_trainer.train(context))?;
+    let trained = context.log.timed("f_d", || deformation_trainer.train(context))?;
+    let deformation = trained.adopt(context);
+    let (context, log) = (&*context, &context.log);
     let laplacian = log.timed("f_l", || laplacian_trainer.train(context, &deformation))?;
     let appearance = log.timed("texture", || bake(context, &deformation))?;
     assemble(context, facts, deformation, laplacian, appearance)

@@ -11,7 +11,7 @@ use crease_trainer::ablation::{compact_against_plain, compact_table, fidelity};
 use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::evaluate::evaluate;
 use crease_trainer::options::{FunctionForm, LaplacianTarget, NetworkOptions, TrainOptions};
-use crease_trainer::plain::{PlainDeformation, PlainLaplacian};
+use crease_trainer::plain::{Fit, PlainDeformation, PlainLaplacian};
 use crease_trainer::progress::Progress;
 use crease_trainer::train::{Facts, train};
 use std::sync::Arc;
@@ -42,9 +42,9 @@ fn context(directory: &Directory, options: TrainOptions) -> TrainContext {
 #[test]
 fn the_paper_preset_makes_an_avatar_that_beats_the_body() {
     let directory = Directory::new("end-to-end");
-    let context = context(&directory, reduced());
+    let mut context = context(&directory, reduced());
     let facts = Facts { name: "bumpy".into(), command: "a test".into(), preset: "paper".into(), notices: vec![] };
-    let avatar = train(&context, &facts).unwrap();
+    let avatar = train(&mut context, &facts).unwrap();
 
     let bytes = avatar.write();
     let read = Avatar::read(&bytes, "bumpy.glb").unwrap();
@@ -76,10 +76,10 @@ fn the_compact_preset_beats_its_base_and_the_body() {
     // Few points for each vertex of the tiny body: the data must outweigh the smoothing.
     options.compact.base_fit.smoothness = vec![3.0, 1.0];
     options.compact.detail_fit.smoothness = vec![1.0, 0.3];
-    let context = context(&directory, options);
+    let mut context = context(&directory, options);
     let facts = Facts { name: "bumpy".into(), command: "a test".into(), preset: "compact".into(), notices: vec![] };
-    let bytes = train(&context, &facts).unwrap().write();
-    assert_eq!(train(&context, &facts).unwrap().write(), bytes, "the same input, the same file");
+    let bytes = train(&mut context, &facts).unwrap().write();
+    assert_eq!(train(&mut context, &facts).unwrap().write(), bytes, "the same input, the same file");
     let read = Avatar::read(&bytes, "bumpy.glb").unwrap();
     let SurfaceFunction::Compact(laplacian) = &read.laplacian else { panic!("tables were asked for") };
     assert_eq!(laplacian.level, 1);
@@ -143,7 +143,7 @@ fn every_part_of_the_method_has_its_line() {
         small(TrainOptions::paper()),
         Progress::Silent,
     );
-    let rows = fidelity(&context, Some(&paper.unwrap()), &[1, 3], |_| ()).unwrap();
+    let rows = fidelity(&context, Some(&mut paper.unwrap()), &[1, 3], |_| ()).unwrap();
     let named = |name: &str| rows.iter().find(|row| row.name == name).unwrap().measures;
     let (body, base) = (named("body"), named("base"));
     let [displaced, compact] = ["displacement in place of f_l", "detailed, compact"].map(named);
@@ -169,13 +169,13 @@ fn plain_networks_learn_operator_laplacians_and_tables_need_them() {
     options.texture_size = 64;
     let mut context = context(&directory, options);
     let facts = Facts { name: "bumpy".into(), ..Facts::default() };
-    let avatar = train(&context, &facts).unwrap();
+    let avatar = train(&mut context, &facts).unwrap();
     assert!(matches!(avatar.deformation, SurfaceFunction::Mlp(_)));
     let SurfaceFunction::Mlp(laplacian) = &avatar.laplacian else { panic!("a network was asked for") };
     assert_eq!(laplacian.level, 1, "the level of the tables");
     context.options.function = FunctionForm::Compact;
     context.options.target = LaplacianTarget::Quadratic;
-    let message = train(&context, &facts).unwrap_err().to_string();
+    let message = train(&mut context, &facts).unwrap_err().to_string();
     assert!(message.contains("target: expected operator"), "{message}");
 }
 
@@ -185,19 +185,20 @@ fn losses_fall_and_a_seed_decides() {
     let mut context = context(&directory, reduced());
     context.options.deformation.network.epoch_count = 30;
     context.options.laplacian.network.epoch_count = 4;
-    let (deformation, base_history) = PlainDeformation.fit(&context).unwrap();
-    assert!(base_history[29] < 0.6 * base_history[0], "{base_history:?}");
-    let (again, _) = PlainDeformation.fit(&context).unwrap();
+    let Fit { network: deformation, energies, poses } = PlainDeformation.fit(&context).unwrap();
+    assert!(energies[29] < 0.6 * energies[0], "{energies:?}");
+    assert!(poses.is_none());
+    let again = PlainDeformation.fit(&context).unwrap().network;
     assert_eq!(deformation, again, "the same seed, the same weights");
     let function = SurfaceFunction::Mlp(deformation);
     let (_, detail_history) = PlainLaplacian.fit(&context, &function).unwrap();
     assert!(detail_history[3] < 0.95 * detail_history[0], "{detail_history:?}");
     // Where nothing stays in memory f_d sees the same, and f_l one frame after the other.
     context.options.memory_mib = 0;
-    assert_eq!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().0), function);
+    assert_eq!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().network), function);
     let (_, streamed_history) = PlainLaplacian.fit(&context, &function).unwrap();
     assert!(streamed_history[3] < 0.95 * streamed_history[0], "{streamed_history:?}");
     assert_ne!(streamed_history, detail_history);
     context.options.seed = 1;
-    assert_ne!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().0), function);
+    assert_ne!(SurfaceFunction::Mlp(PlainDeformation.fit(&context).unwrap().network), function);
 }

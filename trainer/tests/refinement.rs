@@ -1,4 +1,4 @@
-//! Poses that are off by a known amount come nearer to the truth once the clothes are known.
+//! Poses that are off by a known amount come nearer to the truth once the clothes are known, or while they are learnt.
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
@@ -6,10 +6,11 @@ mod common;
 use common::{Directory, FRAME_COUNT, open, write_sequence};
 use crease::body::{Body, Pose};
 use crease::rotation::quat_from_axis_angle;
-use crease_trainer::context::{Sample, TrainContext};
+use crease_trainer::context::{DeformationTrainer, Sample, TrainContext};
 use crease_trainer::options::TrainOptions;
+use crease_trainer::plain::PlainDeformation;
 use crease_trainer::progress::Progress;
-use crease_trainer::refinement::refine_poses;
+use crease_trainer::refinement::{RefinementOptions, refine_poses};
 use crease_trainer::registration::{Accuracy, compare};
 use crease_trainer::sequence::BodyParameters;
 use glam::Vec3;
@@ -84,4 +85,32 @@ fn poses_that_are_held_or_not_refined_stay() {
     let mut none = case("refinement-none", |options| options.refinement.round_count = 0);
     refine_poses(&mut none.context).unwrap();
     assert_eq!(none.accuracy(), before);
+}
+
+/// The paper's form, reduced to what a processor does in seconds, with poses that are learnt beside f_d.
+fn joint(options: &mut TrainOptions) {
+    let compact = std::mem::replace(options, TrainOptions::paper());
+    options.refinement = RefinementOptions { round_count: 0, learning_rate: 1e-3, ..compact.refinement };
+    options.level_count = 1;
+    options.anchor_count = 60;
+    options.frequency_count = 4;
+    options.deformation.network.width = 32;
+    options.deformation.network.epoch_count = 300;
+    options.deformation.frames_a_step = 4;
+    options.deformation.points_a_frame = 1_000;
+}
+
+#[test]
+fn poses_that_are_learnt_with_f_d_come_nearer_to_the_truth() {
+    let mut case = case("refinement-joint", joint);
+    let before = case.accuracy();
+    PlainDeformation.train(&case.context).unwrap().adopt(&mut case.context);
+    let after = case.accuracy();
+    let trained: Vec<usize> = case.context.samples.iter().map(|sample| sample.frame).collect();
+    let mean = |accuracy: &Accuracy| trained.iter().map(|&frame| accuracy.frames_mm[frame]).sum::<f64>();
+    assert!(mean(&after) < 0.5 * mean(&before), "{after:?} before {before:?}");
+    // Frames that are not trained on stay.
+    for frame in [1, 4] {
+        assert_eq!(after.frames_mm[frame], before.frames_mm[frame]);
+    }
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Directory, FRAME_COUNT, open, write_sequence};
-use crease_trainer::checkpoint::Checkpoint;
+use crease_trainer::checkpoint::{Checkpoint, Keep};
 use crease_trainer::context::{Sample, TrainContext};
 use crease_trainer::interrupt::{Interrupt, Interrupted};
 use crease_trainer::options::{NetworkOptions, TrainOptions};
@@ -42,7 +42,10 @@ fn context(sequence: &Path, options: &TrainOptions) -> TrainContext {
 fn avatar(mut context: TrainContext) -> anyhow::Result<Vec<u8>> {
     let facts = Facts { name: "bumpy".into(), ..Facts::default() };
     refine_poses(&mut context)?;
-    Ok(train(&context, &facts)?.write())
+    let bytes = train(&mut context, &facts)?.write();
+    // Refined poses are as much a result as the file is.
+    let poses = context.sequences[0].poses.iter().flat_map(|pose| pose.to_bytes());
+    Ok(bytes.into_iter().chain(poses).collect())
 }
 
 fn with_checkpoint(sequence: &Path, options: &TrainOptions, directory: &Path, interrupt: &Interrupt) -> TrainContext {
@@ -112,6 +115,13 @@ fn frames_that_are_read_anew_each_time_change_nothing_of_that() {
 fn the_compact_preset_goes_on_after_any_frame() {
     let files = ["coarse-0-00000.result", "base-0-00000.result"];
     check("resume-compact", &small(TrainOptions::compact()), &files);
+}
+
+#[test]
+fn poses_that_are_learnt_with_f_d_go_on_with_it() {
+    let mut options = small(TrainOptions::paper());
+    options.refinement.learning_rate = 1e-3;
+    check("resume-joint", &options, &["deformation.last", "targets-0-00000.result"]);
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub struct Row {
 /// is done.
 pub fn fidelity(
     context: &TrainContext,
-    paper: Option<&TrainContext>,
+    paper: Option<&mut TrainContext>,
     frames: &[usize],
     mut each_row: impl FnMut(&Row),
 ) -> anyhow::Result<Vec<Row>> {

@@ -38,10 +38,11 @@ pub fn option(
         let begin = Instant::now();
         let mut context = RunConfig { options, ..config.clone() }.prepare(Progress::Bars)?;
         refine_poses(&mut context)?;
-        let sequence = &context.sequences[0];
-        let facts = Facts { name: sequence.capture.name.clone(), preset: config.preset.clone(), ..Facts::default() };
-        let avatar = train(&context, &facts)?;
+        let name = context.sequences[0].capture.name.clone();
+        let facts = Facts { name, preset: config.preset.clone(), ..Facts::default() };
+        let avatar = train(&mut context, &facts)?;
         let seconds = begin.elapsed().as_secs_f64();
+        let sequence = &context.sequences[0];
         let frames = frames.indices(sequence.capture.frame_count)?;
         let (bytes, evaluation) = measured_avatar(&avatar, sequence, &frames)?;
         let row = Row { value: value.clone(), bytes, seconds, evaluation };

@@ -129,10 +129,11 @@ fn config_of_paper(arguments: &Arguments) -> anyhow::Result<RunConfig> {
 
 fn fidelity(arguments: &Arguments) -> anyhow::Result<(Value, String)> {
     let context = config(arguments, Preset::Compact, &NETWORKS)?.prepare(Progress::Bars)?;
-    let paper = (!arguments.without_paper).then(|| config_of_paper(arguments)?.prepare(Progress::Bars)).transpose()?;
+    let mut paper =
+        (!arguments.without_paper).then(|| config_of_paper(arguments)?.prepare(Progress::Bars)).transpose()?;
     let frames = arguments.test.indices(context.sequences[0].capture.frame_count)?;
     let report = |row: &FidelityRow| eprint!("{}", row.line());
-    let rows = ablation::fidelity(&context, paper.as_ref(), &frames, report)?;
+    let rows = ablation::fidelity(&context, paper.as_mut(), &frames, report)?;
     Ok((serde_json::to_value(&rows)?, fidelity_table(&rows)))
 }
 

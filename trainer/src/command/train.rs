@@ -142,7 +142,7 @@ fn check_places(config: &RunConfig) -> anyhow::Result<()> {
 /// The page about what was trained.
 fn report(config: &RunConfig, progress: Progress) -> anyhow::Result<()> {
     let avatar = Arc::new(read_avatar(&config.output)?);
-    let is_refined = config.options.refinement.round_count > 0;
+    let is_refined = config.options.refinement.is_on();
     let open = |(chosen, refined): (&ChosenFrames, PathBuf)| {
         let poses = if is_refined { Some(&refined) } else { chosen.poses.as_ref() };
         open_sequence(&avatar, &chosen.directory, poses, &chosen.reading)
@@ -220,16 +220,17 @@ pub fn execute(config: &RunConfig, progress: Progress, kept: &Kept) -> anyhow::R
     Ok(())
 }
 
-/// Trains, on refined poses where the options ask for them, which are written first.
+/// Trains, on refined poses where the options ask for them, and writes these.
 fn refine_and_train(context: &mut TrainContext, config: &RunConfig, facts: &Facts) -> anyhow::Result<Avatar> {
-    if context.options.refinement.round_count > 0 {
-        refine_poses(context)?;
+    refine_poses(context)?;
+    let avatar = train(context, facts)?;
+    if context.options.refinement.is_on() {
         for (sequence, path) in context.sequences.iter().zip(refined_files(config)) {
             let body = BodyParameters { betas: sequence.betas.clone(), poses: sequence.poses.clone() };
             write_body(&path, &body, Up::Y, sequence.capture.frames_per_second)?;
         }
     }
-    train(context, facts)
+    Ok(avatar)
 }
 
 /// Where the refined poses of each sequence go.

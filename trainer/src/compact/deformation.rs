@@ -4,7 +4,7 @@ use super::frame_fit::PreparedScan;
 use super::surface_fit::{FitOptions, coverage, fit_surface};
 use super::two_scales::{BranchOptions, regress_surface};
 use super::views::{View, fuse, resolvable, seen};
-use crate::context::{DeformationTrainer, Sample, TrainContext};
+use crate::context::{DeformationTrainer, Sample, TrainContext, TrainedDeformation};
 use anyhow::ensure;
 use crease::animate::PosedSurface;
 use crease::network::{Compact, SurfaceFunction};
@@ -18,8 +18,8 @@ pub const GREATEST_FRAME_COUNT: usize = 2000;
 pub struct CompactDeformation;
 
 impl DeformationTrainer for CompactDeformation {
-    fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction> {
-        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context)?)?))
+    fn train(&self, context: &TrainContext) -> anyhow::Result<TrainedDeformation> {
+        Ok(SurfaceFunction::Compact(self.regress(context, &self.fit(context)?)?).into())
     }
 }
 

@@ -5,16 +5,18 @@ use super::energy::{Energy, Scan, Weights};
 use super::features::Features;
 use super::gather::Rows;
 use super::network::Network;
+use super::posed_network::PosedNetwork;
+use super::skinning::Skinning;
 use super::{numbers, training_device};
 use crate::checkpoint::Fingerprint;
-use crate::context::{DeformationTrainer, Sample, TrainContext};
+use crate::context::{DeformationTrainer, Sample, TrainContext, TrainedDeformation};
 use crate::resident::Resident;
 use anyhow::ensure;
 use burn::tensor::{Device, Tensor, TensorData};
-use crease::animate::PosedSurface;
+use crease::body::Pose;
 use crease::encoding::PositionalEncoding;
 use crease::network::{Mlp, SurfaceFunction};
-use glam::{Mat3A, Vec3A};
+use glam::Vec3A;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -22,36 +24,45 @@ use std::sync::Arc;
 /// The network's numbers are decimetres: offsets of clothes are of that order, and so its outputs and weights are near 1.
 const OUTPUT_SCALE: f32 = 0.1;
 
+/// Where poses are learnt too, they begin to move after this share of all steps: before f_d knows the clothes, they would make up for them.
+const POSES_START: f64 = 0.5;
+
 /// Trains f_d by gradient descent on E_d.
 pub struct PlainDeformation;
 
 impl DeformationTrainer for PlainDeformation {
-    fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction> {
-        Ok(SurfaceFunction::Mlp(self.fit(context)?.0))
+    fn train(&self, context: &TrainContext) -> anyhow::Result<TrainedDeformation> {
+        let Fit { network, poses, energies: _ } = self.fit(context)?;
+        Ok(TrainedDeformation { function: SurfaceFunction::Mlp(network), poses })
     }
 }
 
 /// A training frame: all that does not change while f_d does.
 struct TrainingFrame {
     scan: Scan,
-    /// The skinned body without offsets, metres.
-    body: Vec<Vec3A>,
-    /// LBS^rot at each vertex.
-    posed_from_canonical: Vec<Mat3A>,
-    axis_angles: Vec<[f32; 3]>,
+    /// The pose that is given.
+    pose: Pose,
 }
 
 impl TrainingFrame {
     fn bytes(&self) -> usize {
-        let Self { scan, body, posed_from_canonical, axis_angles } = self;
-        let matrices = size_of_val(posed_from_canonical.as_slice());
-        scan.bytes() + size_of_val(body.as_slice()) + matrices + size_of_val(axis_angles.as_slice())
+        self.scan.bytes() + size_of_val(self.pose.rotations.as_slice())
     }
 }
 
+/// What descent leaves.
+pub struct Fit {
+    /// f_d.
+    pub network: Mlp,
+    /// The mean of E_d over each epoch.
+    pub energies: Vec<f32>,
+    /// The poses of the training frames, where they were learnt too.
+    pub poses: Option<Vec<Pose>>,
+}
+
 impl PlainDeformation {
-    /// The trained network, and the mean of E_d over each epoch.
-    pub fn fit(&self, context: &TrainContext) -> anyhow::Result<(Mlp, Vec<f32>)> {
+    /// Descends on E_d. Fails where a scan cannot be read, where the energy is not finite, and where somebody asked to stop.
+    pub fn fit(&self, context: &TrainContext) -> anyhow::Result<Fit> {
         let options = &context.options.deformation;
         let device = training_device(context.options.device)?;
         let encoding = PositionalEncoding { frequency_count: context.options.frequency_count };
@@ -76,11 +87,19 @@ impl PlainDeformation {
         };
         let read = |index: usize| read_frame(context, context.samples[index]);
         let frame_count = context.samples.len();
-        let frames = Resident::new(frame_count, context.options.memory_bytes(), TrainingFrame::bytes, read);
-        let lessons =
-            Lessons { context, features, frames, energy, device: device.clone(), sizes: [frame_count as u32] };
-        let (network, history) = descent.run(context, &device, &lessons)?;
-        Ok((network.export(0, encoding, OUTPUT_SCALE), history))
+        let lessons = Lessons {
+            context,
+            features,
+            frames: Resident::new(frame_count, context.options.memory_bytes(), TrainingFrame::bytes, read),
+            energy,
+            skinning: Skinning::new(&context.rig, &device),
+            device: device.clone(),
+            sizes: [frame_count as u32],
+        };
+        let (model, energies) = descent.run(context, &device, &lessons)?;
+        let all: Vec<u32> = (0..frame_count as u32).collect();
+        let poses = lessons.steps(&model, &all).map(|steps| lessons.moved(&context.poses(), &numbers(steps)));
+        Ok(Fit { network: model.network.export(0, encoding, OUTPUT_SCALE), energies, poses })
     }
 }
 
@@ -90,12 +109,22 @@ struct Lessons<'a> {
     features: Features,
     frames: Resident<'a, TrainingFrame>,
     energy: Energy,
+    skinning: Skinning,
     device: Device,
     sizes: [u32; 1],
 }
 
 impl Material for Lessons<'_> {
+    type Model = PosedNetwork;
     type Pool = ();
+
+    fn model(&self, network: Network) -> PosedNetwork {
+        if self.context.options.refinement.learning_rate > 0.0 {
+            PosedNetwork::with_poses(network, self.context.samples.len(), self.context.rig.parents.len(), &self.device)
+        } else {
+            PosedNetwork::new(network)
+        }
+    }
 
     fn part_sizes(&self) -> &[u32] {
         &self.sizes
@@ -105,10 +134,19 @@ impl Material for Lessons<'_> {
         Ok(())
     }
 
-    fn energy(&self, network: &Network, (): &(), items: &[u32], generator: &mut Pcg64Mcg) -> anyhow::Result<Tensor<1>> {
+    fn energy(
+        &self,
+        model: &PosedNetwork,
+        (): &(),
+        items: &[u32],
+        done: f64,
+        generator: &mut Pcg64Mcg,
+    ) -> anyhow::Result<Tensor<1>> {
         let read = |&index: &u32| self.frames.get(index as usize);
         let frames: Vec<Arc<TrainingFrame>> = items.par_iter().map(read).collect::<anyhow::Result<_>>()?;
-        let posed = pose_batch(self.context, self.features, network, &frames, &self.device);
+        let given: Vec<Pose> = frames.iter().map(|frame| frame.pose.clone()).collect();
+        let steps = self.steps(model, items).filter(|_| done >= POSES_START);
+        let posed = self.posed(&model.network, &given, steps.clone());
         let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
         ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged");
         let drawn: Vec<Scan> = match self.context.options.deformation.points_a_frame {
@@ -119,11 +157,62 @@ impl Material for Lessons<'_> {
             true => frames.iter().map(|frame| &frame.scan).collect(),
             false => drawn.iter().collect(),
         };
-        self.energy.evaluate(&posed, &positions, &scans)
+        let energy = self.energy.evaluate(&posed, &positions, &scans)?;
+        Ok(match steps {
+            Some(steps) => energy + self.hold(steps),
+            None => energy,
+        })
     }
 
     fn note(&self, mean: f32) -> String {
         format!("E_d {:.3} mm²", 1e6 * mean)
+    }
+}
+
+impl Lessons<'_> {
+    /// Steps of the poses of `frames`, radians and metres; none where poses are not learnt.
+    fn steps(&self, model: &PosedNetwork, frames: &[u32]) -> Option<Tensor<2>> {
+        let options = &self.context.options;
+        let scale = options.refinement.learning_rate / options.deformation.network.learning_rate;
+        model.steps(frames, scale as f32, &self.device)
+    }
+
+    /// `poses` after `steps`.
+    fn moved(&self, poses: &[Pose], steps: &[f32]) -> Vec<Pose> {
+        let unknowns = Skinning::unknowns(self.context.rig.parents.len());
+        poses.iter().zip(steps.chunks_exact(unknowns)).map(|(pose, steps)| Skinning::moved(pose, steps)).collect()
+    }
+
+    /// How far poses are from those that are given, as [`refine_poses`](crate::refinement::refine_poses) weighs it; the mean of the frames.
+    fn hold(&self, steps: Tensor<2>) -> Tensor<1> {
+        let options = self.context.options.refinement;
+        let [frame_count, unknowns] = steps.dims();
+        let turns = steps.clone().slice([0..frame_count, 0..unknowns - 3]).square().sum();
+        let translations = steps.slice([0..frame_count, unknowns - 3..unknowns]).square().sum();
+        let share = 1.0 / frame_count as f64;
+        turns * (options.rotation_weight * share) + translations * (options.translation_weight * share)
+    }
+
+    /// Posed vertices of frames in the poses `given` after `steps` (frames · vertices, 3): LBS_θ(v + f_d(γ(Q(v)), θ̄(v))). θ̄ is that of the
+    /// moved pose, but nothing flows back through it: a pose is to fit the scan, not to ask the network for other clothes.
+    fn posed(&self, network: &Network, given: &[Pose], steps: Option<Tensor<2>>) -> Tensor<2> {
+        let domain = &self.context.domains[0];
+        let vertex_count = domain.canonical.len();
+        let features = self.features;
+        let asked = match &steps {
+            Some(steps) => self.moved(given, &numbers(steps.clone())),
+            None => given.to_vec(),
+        };
+        let axis_angles: Vec<Vec<[f32; 3]>> = asked.iter().map(Features::axis_angles).collect();
+        let count = given.len() * vertex_count;
+        let mut input = vec![0.0; count * features.length()];
+        input.par_chunks_exact_mut(features.length()).enumerate().for_each(|(row, input)| {
+            let (frame, vertex) = (row / vertex_count, row % vertex_count);
+            features.fill(domain.canonical[vertex], domain.masks[vertex], &axis_angles[frame], input);
+        });
+        let input = Tensor::<2>::from_data(TensorData::new(input, [count, features.length()]), &self.device);
+        let offsets = network.forward(input) * OUTPUT_SCALE;
+        self.skinning.posed(given, steps, offsets)
     }
 }
 
@@ -138,51 +227,8 @@ fn inputs(context: &TrainContext) -> anyhow::Result<Fingerprint> {
 }
 
 fn read_frame(context: &TrainContext, sample: Sample) -> anyhow::Result<TrainingFrame> {
-    let pose = context.pose(sample);
     let scan = context.scan(sample)?;
-    let mut surface = PosedSurface::new(&context.subdivision);
-    surface.pose(
-        &context.rig,
-        &[],
-        pose,
-        &context.subdivision,
-        context.options.scheme,
-        context.subdivision.level_count(),
-    );
-    Ok(TrainingFrame {
-        scan: Scan::new(scan.points, scan.weights, scan.camera),
-        body: surface.positions(0).to_vec(),
-        posed_from_canonical: surface.rotations(&context.subdivision, 0).to_vec(),
-        axis_angles: Features::axis_angles(pose),
-    })
-}
-
-/// Posed vertices of the batch's frames (frames · vertices, 3): LBS_θ(v + f_d(γ(Q(v)), θ̄(v))).
-fn pose_batch(
-    context: &TrainContext,
-    features: Features,
-    network: &Network,
-    batch: &[Arc<TrainingFrame>],
-    device: &Device,
-) -> Tensor<2> {
-    let domain = &context.domains[0];
-    let vertex_count = domain.canonical.len();
-    let count = batch.len() * vertex_count;
-    let mut input = vec![0.0; count * features.length()];
-    input.par_chunks_exact_mut(features.length()).enumerate().for_each(|(row, input)| {
-        let (frame, vertex) = (row / vertex_count, row % vertex_count);
-        features.fill(domain.canonical[vertex], domain.masks[vertex], &batch[frame].axis_angles, input);
-    });
-    let input = Tensor::<2>::from_data(TensorData::new(input, [count, features.length()]), device);
-    let offsets = network.forward(input) * OUTPUT_SCALE;
-
-    // glam's columns, so the middle axis of (rows, columns, 3) is the one to sum over.
-    let matrices = batch.iter().flat_map(|frame| &frame.posed_from_canonical);
-    let matrices: Vec<f32> = matrices.flat_map(|matrix| matrix.to_cols_array()).collect();
-    let matrices = Tensor::<3>::from_data(TensorData::new(matrices, [count, 3, 3]), device);
-    let body: Vec<f32> = batch.iter().flat_map(|frame| &frame.body).flat_map(|point| point.to_array()).collect();
-    let body = Tensor::<2>::from_data(TensorData::new(body, [count, 3]), device);
-    body + (matrices * offsets.reshape([count, 3, 1])).sum_dim(1).reshape([count, 3])
+    Ok(TrainingFrame { scan: Scan::new(scan.points, scan.weights, scan.camera), pose: context.pose(sample).clone() })
 }
 
 /// Anchors stand on the finest level: each as the sum of level-0 vertices that subdivision makes it of.

@@ -1,4 +1,4 @@
-//! Gradient descent on one network, which can be left after any step and taken up again.
+//! Gradient descent on one model, which can be left after any step and taken up again.
 
 use super::network::Network;
 use super::scalar;
@@ -18,8 +18,13 @@ use serde::{Deserialize, Serialize};
 
 /// What a network learns from: items in parts, of which as many as fit are looked at together.
 pub(super) trait Material {
+    /// What learns: the network, and what is learnt beside it.
+    type Model: Module;
     /// Parts in memory.
     type Pool;
+
+    /// The model that has learnt nothing, of a network that has not.
+    fn model(&self, network: Network) -> Self::Model;
 
     /// Items of each part.
     fn part_sizes(&self) -> &[u32];
@@ -27,12 +32,14 @@ pub(super) trait Material {
     /// Reads parts.
     fn pool(&self, parts: &[u32]) -> anyhow::Result<Self::Pool>;
 
-    /// The mean energy of a step's items, which are numbered through the pool's parts in their order.
+    /// The mean energy of a step's items, which are numbered through the pool's parts in their order. `done` is the share of all steps before
+    /// this one.
     fn energy(
         &self,
-        network: &Network,
+        model: &Self::Model,
         pool: &Self::Pool,
         items: &[u32],
+        done: f64,
         generator: &mut Pcg64Mcg,
     ) -> anyhow::Result<Tensor<1>>;
 
@@ -63,7 +70,7 @@ pub(super) struct Descent<'a> {
 }
 
 impl Descent<'_> {
-    /// The network after all epochs, and the mean energy of each. An epoch passes over all items: pool by pool, each shuffled, of parts in
+    /// The model after all epochs, and the mean energy of each. An epoch passes over all items: pool by pool, each shuffled, of parts in
     /// random order.
     ///
     /// Fails where `material` does, where the energy is not finite, and where somebody asked to stop.
@@ -72,15 +79,15 @@ impl Descent<'_> {
         context: &TrainContext,
         device: &Device,
         material: &M,
-    ) -> anyhow::Result<(Network, Vec<f32>)> {
+    ) -> anyhow::Result<(M::Model, Vec<f32>)> {
         let sizes = material.part_sizes();
         let item_count: u64 = sizes.iter().map(|&size| u64::from(size)).sum();
         let all = self.options.epoch_count as u64 * item_count;
         let bar = context.progress.bar(self.title, all as usize);
         let kept = context.checkpoint.state::<Bundle>(self.name, self.inputs);
-        let mut state = match kept.and_then(|bundle| self.unpack(bundle, device, sizes)) {
+        let mut state = match kept.and_then(|bundle| self.unpack(bundle, device, material)) {
             Some(state) => state,
-            None => self.start(device, sizes),
+            None => self.start(device, material),
         };
         bar.advance(state.position.items_done(item_count));
         let mut pool: Option<(usize, M::Pool)> = None;
@@ -110,11 +117,11 @@ impl Descent<'_> {
             };
             let until = (state.position.done + self.items_a_step.max(1)).min(state.order.len());
             let items = &state.order[state.position.done..until];
-            let total = material.energy(&state.network, pool, items, &mut state.generator)?;
-            let gradients = GradientsParams::from_grads(total.backward(), &state.network);
             let done = state.position.items_done(item_count) as f64 / all as f64;
+            let total = material.energy(&state.model, pool, items, done, &mut state.generator)?;
+            let gradients = GradientsParams::from_grads(total.backward(), &state.model);
             let learning_rate = self.options.learning_rate * (self.rate)(done);
-            state.network = state.optimiser.step(learning_rate, state.network, gradients);
+            state.model = state.optimiser.step(learning_rate, state.model, gradients);
             let count = items.len() as u64;
             state.position.step(scalar(total), count, until);
             bar.advance(count);
@@ -130,7 +137,7 @@ impl Descent<'_> {
         }
         context.checkpoint.keep_last_state(self.name, self.inputs, &state.pack())?;
         context.log.energies(self.title, &state.position.history);
-        Ok((state.network, state.position.history))
+        Ok((state.model, state.position.history))
     }
 
     /// Where the pool ends that starts with `parts[first]`.
@@ -143,10 +150,11 @@ impl Descent<'_> {
         first + parts[first..].iter().take_while(fits).count().max(1)
     }
 
-    fn start(&self, device: &Device, sizes: &[u32]) -> State {
+    fn start<M: Material>(&self, device: &Device, material: &M) -> State<M::Model> {
         let mut generator = generator(self.seed);
+        let sizes = material.part_sizes();
         State {
-            network: Network::new(self.input_count, self.options, generator.random(), device),
+            model: material.model(Network::new(self.input_count, self.options, generator.random(), device)),
             optimiser: AdamConfig::new().init(),
             generator,
             parts: (0..sizes.len() as u32).filter(|&part| sizes[part as usize] > 0).collect(),
@@ -155,18 +163,18 @@ impl Descent<'_> {
         }
     }
 
-    /// None where the bundle is of another network or of other items.
-    fn unpack(&self, bundle: Bundle, device: &Device, sizes: &[u32]) -> Option<State> {
-        let start = self.start(device, sizes);
+    /// None where the bundle is of another model or of other items.
+    fn unpack<M: Material>(&self, bundle: Bundle, device: &Device, material: &M) -> Option<State<M::Model>> {
+        let start = self.start(device, material);
         let (parts, order) = (numbers(&bundle.parts)?, numbers(&bundle.order)?);
         let position: Position = serde_json::from_slice(&bundle.position).ok()?;
         let all_parts = sorted(&parts) == start.parts && position.first_part <= parts.len();
         if !all_parts || sorted(&order).into_iter().ne(0..order.len() as u32) || position.done > order.len() {
             return None;
         }
-        let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bundle.network)).ok()?;
+        let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bundle.model)).ok()?;
         Some(State {
-            network: start.network.try_load_record(record).ok()?,
+            model: start.model.try_load_record(record).ok()?,
             optimiser: start.optimiser.from_bytes(Bytes::from_bytes_vec(bundle.optimiser)).ok()?,
             generator: serde_json::from_slice(&bundle.generator).ok()?,
             parts,
@@ -188,8 +196,8 @@ fn sorted(numbers: &[u32]) -> Vec<u32> {
 }
 
 /// Everything that the next step depends on.
-struct State {
-    network: Network,
+struct State<M> {
+    model: M,
     optimiser: ModuleOptimizer,
     generator: Pcg64Mcg,
     /// Parts that are not empty, in this epoch's order.
@@ -244,11 +252,11 @@ impl Position {
     }
 }
 
-impl State {
+impl<M: Module> State<M> {
     fn pack(&self) -> Bundle {
         const PLAIN: &str = "a state is plain data";
         Bundle {
-            network: self.network.clone().into_record().into_bytes().expect(PLAIN).to_vec(),
+            model: self.model.clone().into_record().into_bytes().expect(PLAIN).to_vec(),
             optimiser: self.optimiser.into_bytes().expect(PLAIN).to_vec(),
             generator: serde_json::to_vec(&self.generator).expect(PLAIN),
             parts: self.parts.iter().flat_map(|part| part.to_le_bytes()).collect(),
@@ -261,7 +269,7 @@ impl State {
 /// A state in bytes, part by part.
 #[derive(Debug, PartialEq)]
 struct Bundle {
-    network: Vec<u8>,
+    model: Vec<u8>,
     optimiser: Vec<u8>,
     generator: Vec<u8>,
     parts: Vec<u8>,
@@ -272,8 +280,8 @@ struct Bundle {
 impl Keep for Bundle {
     /// Each part after its length, 8 bytes, little endian.
     fn to_bytes(&self) -> Vec<u8> {
-        let Self { network, optimiser, generator, parts, order, position } = self;
-        let parts = [network, optimiser, generator, parts, order, position];
+        let Self { model, optimiser, generator, parts, order, position } = self;
+        let parts = [model, optimiser, generator, parts, order, position];
         let framed = parts.map(|part| [&(part.len() as u64).to_le_bytes(), part.as_slice()].concat());
         framed.concat()
     }
@@ -285,9 +293,9 @@ impl Keep for Bundle {
             bytes = rest;
             Some(part.to_vec())
         };
-        let [network, optimiser, generator] = [part()?, part()?, part()?];
+        let [model, optimiser, generator] = [part()?, part()?, part()?];
         let [parts, order, position] = [part()?, part()?, part()?];
-        bytes.is_empty().then_some(Self { network, optimiser, generator, parts, order, position })
+        bytes.is_empty().then_some(Self { model, optimiser, generator, parts, order, position })
     }
 }
 
@@ -298,7 +306,7 @@ mod tests {
     #[test]
     fn bundles_come_back_and_damaged_ones_do_not() {
         let bundle = Bundle {
-            network: vec![1, 2],
+            model: vec![1, 2],
             optimiser: vec![],
             generator: vec![3],
             parts: vec![6],

@@ -3,7 +3,7 @@
 
 use super::regression::{Pairs, Regression};
 use crate::compact::{CompactDeformation, CompactLaplacian};
-use crate::context::{DeformationTrainer, LaplacianTrainer, TrainContext};
+use crate::context::{DeformationTrainer, LaplacianTrainer, TrainContext, TrainedDeformation};
 use crate::targets::Target;
 use crease::network::{Mlp, SurfaceFunction};
 use glam::Vec3A;
@@ -15,8 +15,8 @@ pub struct FittedDeformation;
 pub struct FittedLaplacian;
 
 impl DeformationTrainer for FittedDeformation {
-    fn train(&self, context: &TrainContext) -> anyhow::Result<SurfaceFunction> {
-        Ok(SurfaceFunction::Mlp(self.regress(context, &CompactDeformation.fit(context)?)?))
+    fn train(&self, context: &TrainContext) -> anyhow::Result<TrainedDeformation> {
+        Ok(SurfaceFunction::Mlp(self.regress(context, &CompactDeformation.fit(context)?)?).into())
     }
 }
 

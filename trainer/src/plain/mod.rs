@@ -8,9 +8,11 @@ mod fitted;
 mod gather;
 mod laplacian;
 mod network;
+mod posed_network;
 mod regression;
+mod skinning;
 
-pub use deformation::PlainDeformation;
+pub use deformation::{Fit, PlainDeformation};
 pub use fitted::{FittedDeformation, FittedLaplacian};
 pub use laplacian::PlainLaplacian;
 

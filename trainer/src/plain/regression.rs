@@ -123,7 +123,12 @@ impl Pool {
 }
 
 impl Material for Lessons<'_> {
+    type Model = Network;
     type Pool = Pool;
+
+    fn model(&self, network: Network) -> Network {
+        network
+    }
 
     fn part_sizes(&self) -> &[u32] {
         &self.pairs.counts
@@ -139,7 +144,14 @@ impl Material for Lessons<'_> {
         Ok(Pool { starts: starts.collect(), frames: parts.par_iter().map(read).collect::<anyhow::Result<_>>()? })
     }
 
-    fn energy(&self, network: &Network, pool: &Pool, items: &[u32], _: &mut Pcg64Mcg) -> anyhow::Result<Tensor<1>> {
+    fn energy(
+        &self,
+        network: &Network,
+        pool: &Pool,
+        items: &[u32],
+        _: f64,
+        _: &mut Pcg64Mcg,
+    ) -> anyhow::Result<Tensor<1>> {
         let length = self.features.length();
         let mut input = vec![0.0; items.len() * length];
         input.par_chunks_exact_mut(length).zip(items).for_each(|(row, &item)| {

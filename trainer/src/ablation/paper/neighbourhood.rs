@@ -26,7 +26,7 @@ pub fn neighbourhoods(runs: &Runs, add: &mut Add) -> anyhow::Result<()> {
     refine_poses(&mut context)?;
     let frames = runs.test.indices(context.sequences[0].capture.frame_count)?;
     let facts = Facts { name: context.sequences[0].capture.name.clone(), ..Facts::default() };
-    let deformation = PlainDeformation.train(&context)?;
+    let deformation = PlainDeformation.train(&context)?.adopt(&mut context);
     let appearance = bake(&context, &deformation)?;
     for (index, neighbourhood) in NEIGHBOURHOODS.into_iter().enumerate() {
         context.options.quadratic.neighbourhood = neighbourhood;

@@ -35,7 +35,7 @@ pub fn regularisers(runs: &Runs, add: &mut Add) -> anyhow::Result<()> {
 
 /// How close f_d comes on the finest level of its body.
 fn alone(context: &TrainContext, frames: &[usize]) -> anyhow::Result<Measures> {
-    let deformation = PlainDeformation.train(context)?;
+    let deformation = PlainDeformation.train(context)?.function;
     let triangles = context.subdivision.triangles(context.level_count());
     evaluate_meshes(&context.sequences[0], frames, triangles, |frame| {
         Ok(base_surface(context, &deformation, Sample { sequence: 0, frame }).finest().to_vec())

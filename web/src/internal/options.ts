@@ -58,3 +58,8 @@ export function followOf(attribute: string | null): Follow {
 export function addressesOf(attribute: string | null): readonly string[] {
   return (attribute ?? "").split(/\s+/u).filter((address) => address !== "");
 }
+
+/** An address in full, relative ones taken from the page's. */
+export function absolute(address: string): string {
+  return new URL(address, document.baseURI).href;
+}

@@ -1,11 +1,16 @@
 import { controlPicture } from "../internal/camera-controls.js";
-import { CameraOrbit, CameraTarget, fieldOfViewOf, orbitOf, targetOf, turnOf } from "../internal/camera-place.js";
-import { colourOf } from "../internal/colour.js";
+import { CameraOrbit, CameraTarget } from "../internal/camera-place.js";
 import { CreaseError } from "../internal/crease-error.js";
 import type { CreaseAvatarEventMap } from "../internal/element/events.js";
 import { LookAttributes } from "../internal/element/look-attributes.js";
+import {
+  prefersReducedMotion,
+  SETTINGS_OF_ATTRIBUTES,
+  type SettingName,
+  settingsOf,
+} from "../internal/element/settings.js";
 import { MediaState } from "../internal/media-state.js";
-import { addressesOf, clamp, finite } from "../internal/options.js";
+import { absolute, addressesOf, clamp, finite } from "../internal/options.js";
 import type {
   Backend,
   BackendChoice,
@@ -23,6 +28,7 @@ import type {
   Theme,
   View,
 } from "../internal/protocol.js";
+import { Readiness } from "../internal/readiness.js";
 import { type Progress, Session } from "../internal/session.js";
 import { ShadowTree } from "../internal/shadow.js";
 import { FrameCounter, type Statistics } from "../internal/statistics.js";
@@ -84,36 +90,6 @@ export interface RecordOptions {
   readonly height?: number;
 }
 
-/** Attributes that a stage is told of: how its settings follow from the element. */
-type SettingName = keyof Settings;
-const SETTINGS_OF_ATTRIBUTES: Readonly<Record<string, SettingName>> = {
-  motion: "motions",
-  fps: "motions",
-  crossfade: "crossfade",
-  texture: "texture",
-  "detail-from": "detailFrom",
-  "max-bytes": "maxBytes",
-  loop: "loop",
-  "playback-rate": "playbackRate",
-  smoothing: "smoothing",
-  view: "view",
-  detail: "detail",
-  liveliness: "liveliness",
-  theme: "theme",
-  background: "background",
-  environment: "environment",
-  shadow: "shadow",
-  follow: "follow",
-  "camera-orbit": "orbit",
-  "camera-target": "target",
-  "field-of-view": "fieldOfView",
-  "auto-rotate": "turn",
-  "auto-rotate-delay": "turn",
-  "rotation-per-second": "turn",
-  backend: "backend",
-  quality: "quality",
-};
-
 /**
  * `<crease-avatar>`: an avatar that moves, and whose clothes wrinkle with its pose.
  *
@@ -164,16 +140,13 @@ export class CreaseAvatarElement extends LookAttributes {
 
   readonly #tree: ShadowTree;
   readonly #media: MediaState;
+  readonly #readiness = new Readiness();
   readonly #changed = new Set<SettingName>();
   #session: Session | null = null;
   #letGo: (() => void)[] = [];
   #letCameraGo: (() => void) | null = null;
   #opening = false;
   #error: CreaseError | null = null;
-  #loaded = false;
-  #ready!: Promise<void>;
-  #settled = false;
-  #settleReady!: { resolve(): void; reject(error: CreaseError): void };
   #playbackRate = 1;
   #framesPerSecond = 0;
   #motionIndex = 0;
@@ -194,7 +167,6 @@ export class CreaseAvatarElement extends LookAttributes {
       wish: (wish) => this.#session?.send({ kind: "clock", wish }),
     });
     this.#tree = new ShadowTree(this);
-    this.#renewReady();
     this.#tree.poster.addEventListener("click", () => {
       if (this.reveal === "interaction") this.dismissPoster();
     });
@@ -281,7 +253,7 @@ export class CreaseAvatarElement extends LookAttributes {
    * @example `await document.querySelector("crease-avatar").ready;`
    */
   get ready(): Promise<void> {
-    return this.#ready;
+    return this.#readiness.promise;
   }
 
   /**
@@ -290,7 +262,7 @@ export class CreaseAvatarElement extends LookAttributes {
    * @example `if (!avatar.loaded) await avatar.ready;`
    */
   get loaded(): boolean {
-    return this.#loaded;
+    return this.#readiness.loaded;
   }
 
   /**
@@ -327,7 +299,7 @@ export class CreaseAvatarElement extends LookAttributes {
    */
   play(): Promise<void> {
     this.#media.play();
-    return this.#ready;
+    return this.#readiness.promise;
   }
 
   /**
@@ -562,7 +534,7 @@ export class CreaseAvatarElement extends LookAttributes {
    */
   async renderFrame(seconds: number): Promise<void> {
     const moment = Math.max(finite(seconds, "renderFrame"), 0);
-    await this.#ready;
+    await this.#readiness.promise;
     await this.#request({ kind: "render-frame", seconds: moment, order: this.#media.hold(moment) });
   }
 
@@ -583,7 +555,7 @@ export class CreaseAvatarElement extends LookAttributes {
 
   /** Asks the stage, once there is a picture and all that was set before is on its way. */
   async #request(request: Request): Promise<Blob | undefined> {
-    await this.#ready;
+    await this.#readiness.promise;
     this.#flush();
     const session = this.#session;
     if (!session) throw new CreaseError("canvas", "expected an avatar that is shown, found none", this.src);
@@ -592,48 +564,6 @@ export class CreaseAvatarElement extends LookAttributes {
 
   #describe(): void {
     this.#tree.describe(this.alt ?? "A dressed person in motion", this.cameraControls);
-  }
-
-  #themeNow(): Theme {
-    if (this.theme !== "auto") return this.theme;
-    return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  }
-
-  /** One setting, as the attributes say now. */
-  #setting(name: SettingName): Settings[SettingName] {
-    return this.#settings()[name];
-  }
-
-  #settings(): Settings {
-    const framesPerSecond = this.fps;
-    const sources = addressesOf(this.motion).map((address) => ({ url: absolute(address), framesPerSecond }));
-    return {
-      view: this.view,
-      detail: this.detail,
-      liveliness: this.liveliness,
-      theme: this.#themeNow(),
-      background: colourOf(this.background),
-      environment: this.environment,
-      shadow: this.shadow,
-      follow: this.follow,
-      orbit: orbitOf(this.cameraOrbit),
-      target: targetOf(this.cameraTarget),
-      fieldOfView: fieldOfViewOf(this.fieldOfView),
-      turn: {
-        radiansPerSecond: this.autoRotate && !prefersReducedMotion() ? turnOf(this.rotationPerSecond) : 0,
-        restSeconds: this.autoRotateDelay / 1000,
-      },
-      loop: this.loop,
-      playbackRate: this.playbackRate,
-      motions: sources,
-      crossfade: this.crossfade,
-      texture: this.texture ? absolute(this.texture) : null,
-      detailFrom: this.detailFrom ? absolute(this.detailFrom) : null,
-      smoothing: this.smoothing,
-      backend: this.backend,
-      quality: this.quality,
-      maxBytes: this.maxBytes,
-    };
   }
 
   /** Attributes that change together are told of together. */
@@ -648,8 +578,9 @@ export class CreaseAvatarElement extends LookAttributes {
     if (this.#changed.size === 0) return;
     const names = [...this.#changed];
     this.#changed.clear();
-    const settings = Object.fromEntries(names.map((name) => [name, this.#setting(name)])) as Partial<Settings>;
-    this.#session?.send({ kind: "settings", settings });
+    const settings = settingsOf(this);
+    const changed = Object.fromEntries(names.map((name) => [name, settings[name]])) as Partial<Settings>;
+    this.#session?.send({ kind: "settings", settings: changed });
   }
 
   #sendPose(): void {
@@ -690,16 +621,6 @@ export class CreaseAvatarElement extends LookAttributes {
     this.dispatchEvent(new CustomEvent(event, { detail }));
   }
 
-  #renewReady(): void {
-    this.#loaded = false;
-    this.#settled = false;
-    this.#ready = new Promise((resolve, reject) => {
-      this.#settleReady = { resolve, reject };
-    });
-    // Whoever asks for `ready` hears of a rejection; nobody has to.
-    this.#ready.catch(() => {});
-  }
-
   /** Closes what is open and opens `src`, once for all attributes that change together. */
   #reopen(): void {
     if (this.#opening) return;
@@ -718,14 +639,13 @@ export class CreaseAvatarElement extends LookAttributes {
     this.#statistics = null;
     this.#camera = null;
     this.#media.forget();
-    // Whoever waits already waits for this one.
-    if (this.#settled) this.#renewReady();
+    this.#readiness.renew();
     this.#tree.showMessage(null);
     this.#tree.showProgress(0);
     this.showPoster();
     const opening = (): { settings: Settings; clock: MediaState["wish"] } => {
       this.#changed.clear();
-      return { settings: this.#settings(), clock: this.#media.wish };
+      return { settings: settingsOf(this), clock: this.#media.wish };
     };
     const session = new Session(url, opening, {
       canvas: () => this.#tree.newCanvas(),
@@ -759,11 +679,9 @@ export class CreaseAvatarElement extends LookAttributes {
     this.#motionIndex = frame.motionIndex;
     this.#onCamera(frame.camera);
     if (first) {
-      this.#loaded = true;
       this.#tree.showProgress(null);
       if (this.reveal === "auto") this.dismissPoster();
-      this.#settled = true;
-      this.#settleReady.resolve();
+      this.#readiness.resolve();
       this.dispatchEvent(new Event("load"));
     }
     this.#media.hear(frame, performance.now());
@@ -785,22 +703,13 @@ export class CreaseAvatarElement extends LookAttributes {
     const error = CreaseError.of(failure);
     this.#error = error;
     if (fatal) {
-      this.#settled = true;
-      this.#settleReady.reject(error);
+      this.#readiness.reject(error);
       this.#close();
       this.#tree.showPoster(false);
       this.#tree.showMessage(error.message);
     }
     this.dispatchEvent(new ErrorEvent("error", { message: error.message, error }));
   }
-}
-
-function absolute(address: string): string {
-  return new URL(address, document.baseURI).href;
-}
-
-function prefersReducedMotion(): boolean {
-  return matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
 
 function numbersOf(value: ArrayLike<number>, count: number, what: string): Float32Array {

@@ -25,7 +25,7 @@ pub struct RefinementOptions {
     /// Weight of a metre of the translation, squared.
     pub translation_weight: f64,
     /// Adam's learning rate of the poses, radians and metres a step, where f_d descends on E_d (plain functions, quadratic targets): θ_t and t_t
-    /// of the training frames are learnt with it. 0 leaves them.
+    /// of the training frames are learnt with it, in the second half of its steps. 0 leaves them.
     #[serde(default)]
     pub learning_rate: f64,
 }

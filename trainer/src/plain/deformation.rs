@@ -37,19 +37,6 @@ impl DeformationTrainer for PlainDeformation {
     }
 }
 
-/// A training frame: all that does not change while f_d does.
-struct TrainingFrame {
-    scan: Scan,
-    /// The pose that is given.
-    pose: Pose,
-}
-
-impl TrainingFrame {
-    fn bytes(&self) -> usize {
-        self.scan.bytes() + size_of_val(self.pose.rotations.as_slice())
-    }
-}
-
 /// What descent leaves.
 pub struct Fit {
     /// f_d.
@@ -85,12 +72,12 @@ impl PlainDeformation {
             items_a_pool: usize::MAX,
             rate: |_| 1.0,
         };
-        let read = |index: usize| read_frame(context, context.samples[index]);
+        let read = |index: usize| read_scan(context, context.samples[index]);
         let frame_count = context.samples.len();
         let lessons = Lessons {
             context,
             features,
-            frames: Resident::new(frame_count, context.options.memory_bytes(), TrainingFrame::bytes, read),
+            scans: Resident::new(frame_count, context.options.memory_bytes(), Scan::bytes, read),
             energy,
             skinning: Skinning::new(&context.rig, &device),
             device: device.clone(),
@@ -107,7 +94,7 @@ impl PlainDeformation {
 struct Lessons<'a> {
     context: &'a TrainContext,
     features: Features,
-    frames: Resident<'a, TrainingFrame>,
+    scans: Resident<'a, Scan>,
     energy: Energy,
     skinning: Skinning,
     device: Device,
@@ -142,19 +129,20 @@ impl Material for Lessons<'_> {
         done: f64,
         generator: &mut Pcg64Mcg,
     ) -> anyhow::Result<Tensor<1>> {
-        let read = |&index: &u32| self.frames.get(index as usize);
-        let frames: Vec<Arc<TrainingFrame>> = items.par_iter().map(read).collect::<anyhow::Result<_>>()?;
-        let given: Vec<Pose> = frames.iter().map(|frame| frame.pose.clone()).collect();
+        let read = |&index: &u32| self.scans.get(index as usize);
+        let whole: Vec<Arc<Scan>> = items.par_iter().map(read).collect::<anyhow::Result<_>>()?;
+        let pose = |&index: &u32| self.context.pose(self.context.samples[index as usize]).clone();
+        let given: Vec<Pose> = items.iter().map(pose).collect();
         let steps = self.steps(model, items).filter(|_| done >= POSES_START);
         let posed = self.posed(&model.network, &given, steps.clone());
         let positions: Vec<Vec3A> = numbers(posed.clone()).chunks_exact(3).map(Vec3A::from_slice).collect();
         ensure!(positions.iter().all(|p| p.is_finite()), "training the base diverged");
         let drawn: Vec<Scan> = match self.context.options.deformation.points_a_frame {
             0 => Vec::new(),
-            count => frames.iter().map(|frame| frame.scan.drawn(count, generator)).collect(),
+            count => whole.iter().map(|scan| scan.drawn(count, generator)).collect(),
         };
         let scans: Vec<&Scan> = match drawn.is_empty() {
-            true => frames.iter().map(|frame| &frame.scan).collect(),
+            true => whole.iter().map(Arc::as_ref).collect(),
             false => drawn.iter().collect(),
         };
         let energy = self.energy.evaluate(&posed, &positions, &scans)?;
@@ -226,9 +214,9 @@ fn inputs(context: &TrainContext) -> anyhow::Result<Fingerprint> {
     Ok(all.finish())
 }
 
-fn read_frame(context: &TrainContext, sample: Sample) -> anyhow::Result<TrainingFrame> {
+fn read_scan(context: &TrainContext, sample: Sample) -> anyhow::Result<Scan> {
     let scan = context.scan(sample)?;
-    Ok(TrainingFrame { scan: Scan::new(scan.points, scan.weights, scan.camera), pose: context.pose(sample).clone() })
+    Ok(Scan::new(scan.points, scan.weights, scan.camera))
 }
 
 /// Anchors stand on the finest level: each as the sum of level-0 vertices that subdivision makes it of.

@@ -4,6 +4,7 @@
 //! points, vertices, anchors or frames there are.
 
 use super::gather::Rows;
+use super::rows_of;
 use crate::closest::ClosestPoint;
 use crate::nearest::NearestPoints;
 use crate::sequence::Camera;
@@ -191,8 +192,7 @@ impl Pull {
     /// Σ weight |surface − target|².
     fn energy(&self, posed: &Tensor<2>, device: &Device) -> Tensor<1> {
         let count = self.targets.len();
-        let targets: Vec<f32> = self.targets.iter().flat_map(|target| target.to_array()).collect();
-        let targets = Tensor::<2>::from_data(TensorData::new(targets, [count, 3]), device);
+        let targets = rows_of(self.targets.iter().copied(), device);
         let weights = Tensor::<2>::from_data(TensorData::new(self.weights.clone(), [count, 1]), device);
         ((self.rows.apply(posed.clone(), device) - targets).square() * weights).sum()
     }

@@ -18,7 +18,8 @@ pub use laplacian::PlainLaplacian;
 
 use crate::options::ComputeDevice;
 use anyhow::bail;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Tensor, TensorData};
+use glam::Vec3A;
 
 /// The device of `choice`, with gradients. Fails where this build has no such backend.
 pub fn training_device(choice: ComputeDevice) -> anyhow::Result<Device> {
@@ -47,6 +48,13 @@ fn test_devices() -> Vec<(ComputeDevice, Device)> {
 /// The one number of a tensor.
 fn scalar(tensor: Tensor<1>) -> f32 {
     numbers(tensor)[0]
+}
+
+/// Points or vectors as the rows of a tensor (N, 3).
+fn rows_of(points: impl Iterator<Item = Vec3A>, device: &Device) -> Tensor<2> {
+    let numbers: Vec<f32> = points.flat_map(|point| point.to_array()).collect();
+    let count = numbers.len() / 3;
+    Tensor::from_data(TensorData::new(numbers, [count, 3]), device)
 }
 
 /// All numbers of a tensor, row-major.

@@ -3,7 +3,7 @@
 use super::descent::{Descent, Material};
 use super::features::Features;
 use super::network::Network;
-use super::training_device;
+use super::{rows_of, training_device};
 use crate::checkpoint::{Fingerprint, Ingredients, Keep};
 use crate::context::TrainContext;
 use crate::options::NetworkOptions;
@@ -175,8 +175,7 @@ impl Material for Lessons<'_> {
 fn energy(prediction: Tensor<2>, batch: &[&Target], scale: f32) -> Tensor<1> {
     let device = prediction.device();
     let count = batch.len();
-    let wanted: Vec<f32> = batch.iter().flat_map(|target| (target.value / scale).to_array()).collect();
-    let wanted = Tensor::<2>::from_data(TensorData::new(wanted, [count, 3]), &device);
+    let wanted = rows_of(batch.iter().map(|target| target.value / scale), &device);
     let weights: Vec<f32> = batch.iter().map(|target| target.weight / count as f32).collect();
     let weights = Tensor::<2>::from_data(TensorData::new(weights, [count, 1]), &device);
     ((prediction - wanted).square() * weights).sum()

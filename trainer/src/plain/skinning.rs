@@ -3,6 +3,7 @@
 //! A pose is one that is given, and small turns of its joints. A turn ω, in the frame of the joint's parent, is the rotation by 2 atan(|ω|/2)
 //! about ω: to first order |ω| radians, and without a square root that has no derivative at nothing.
 
+use super::rows_of;
 use burn::tensor::{Device, Tensor, TensorData};
 use crease::body::{Pose, Rig};
 use glam::{Mat3, Quat, Vec3, Vec3A};
@@ -26,7 +27,7 @@ pub(super) struct Skinning {
 
 impl Skinning {
     pub(super) fn new(rig: &Rig, device: &Device) -> Self {
-        let column = |point: Vec3A| Tensor::from_data(TensorData::new(point.to_array().to_vec(), [1, 3, 1]), device);
+        let column = |point: Vec3A| rows_of(std::iter::once(point), device).reshape([1, 3, 1]);
         let from_parent = |(&joint, parent): (&Vec3A, &Option<usize>)| {
             column(parent.map_or(joint, |parent| joint - rig.rest_joints[parent]))
         };
@@ -36,10 +37,9 @@ impl Skinning {
         for (row, (joints, values)) in weights.chunks_exact_mut(joint_count).zip(influences) {
             joints.iter().zip(values).for_each(|(&joint, weight)| row[usize::from(joint)] += weight);
         }
-        let rest: Vec<f32> = rig.rest.iter().flat_map(|point| point.to_array()).collect();
         let directions = rig.pose_directions.as_ref().map(|directions| {
-            let flat = directions.iter().flatten().flat_map(|point| point.to_array()).collect::<Vec<f32>>();
-            Tensor::from_data(TensorData::new(flat, [directions.len(), 3 * vertex_count]), device)
+            let rows = rows_of(directions.iter().flatten().copied(), device);
+            rows.reshape([directions.len(), 3 * vertex_count])
         });
         #[rustfmt::skip]
         let cross: Vec<f32> = vec![
@@ -52,7 +52,7 @@ impl Skinning {
             from_parents: rig.rest_joints.iter().zip(&rig.parents).map(from_parent).collect(),
             rest_joints: rig.rest_joints.iter().map(|&joint| column(joint)).collect(),
             weights: Tensor::from_data(TensorData::new(weights, [1, vertex_count, joint_count]), device),
-            rest: Tensor::from_data(TensorData::new(rest, [1, vertex_count, 3]), device),
+            rest: rows_of(rig.rest.iter().copied(), device).reshape([1, vertex_count, 3]),
             pose_directions: directions,
             cross: Tensor::from_data(TensorData::new(cross, [3, 9]), device),
         }
@@ -101,11 +101,11 @@ impl Skinning {
                 None => (local, self.from_parents[joint].clone() + translation.clone()),
                 Some(parent) => {
                     let (turned, place) = &posed[parent];
-                    let carried = (turned.clone() * self.from_parents[joint].clone().swap_dims(1, 2)).sum_dim(2);
+                    let carried = turned.clone().matmul(self.from_parents[joint].clone());
                     (turned.clone().matmul(local), place.clone() + carried)
                 }
             };
-            let at_rest = (rotation.clone() * self.rest_joints[joint].clone().swap_dims(1, 2)).sum_dim(2);
+            let at_rest = rotation.clone().matmul(self.rest_joints[joint].clone());
             let columns = Tensor::cat(vec![rotation.clone(), place.clone() - at_rest], 2);
             from_rest.push(columns.reshape([frame_count, 1, 12]));
             posed.push((rotation, place));
